@@ -1,0 +1,7 @@
+//! Facial biomechanics: a linear finite-element face whose muscles push by their curvature, and the
+//! inverse that finds the bounded activations behind an expression.
+
+#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::print_stdout))]
+
+pub mod mesh;
+pub mod units;

@@ -1,0 +1,30 @@
+//! Volume meshes: cells, surfaces, quality, point location and validation.
+
+mod bvh;
+mod cell;
+mod closest;
+mod connectivity;
+mod error;
+mod facet;
+mod free_mode;
+mod locate;
+mod quality;
+mod site;
+mod solid;
+mod surface;
+#[cfg(test)]
+mod testing;
+mod validate;
+
+pub use cell::{Cell, CellKind, MAX_NODES};
+pub use error::{MeshError, MeshWarning};
+pub use facet::{Facet, boundary_facets};
+pub use free_mode::FreeMode;
+pub use locate::{Located, Locator};
+pub use quality::Quality;
+pub use site::Site;
+pub use solid::Mesh;
+pub(crate) use solid::WEDGE_OTHER_ORDER;
+pub(crate) use surface::first_diagonal;
+pub use surface::{Skin, Surface};
+pub use validate::{validate, validate_shape};

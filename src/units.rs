@@ -1,0 +1,44 @@
+//! Units: mm, N, s inside; moduli in kPa at every interface.
+
+use nalgebra::Vector3;
+
+/// A point or vector in the face frame, mm: +x the subject's left, +y up, +z anterior.
+pub type Vec3 = Vector3<f64>;
+
+/// N/mm² in one kPa: moduli are kPa at every interface and N/mm² inside the elements.
+pub const N_PER_MM2_PER_KPA: f64 = 1e-3;
+
+/// The unit of length that a file states; every file must state one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// Millimetre, the unit inside.
+    Millimetre,
+    /// Centimetre.
+    Centimetre,
+    /// Metre.
+    Metre,
+}
+
+impl LengthUnit {
+    /// The names accepted in files.
+    pub const NAMES: [&'static str; 3] = ["mm", "cm", "m"];
+
+    /// The unit called `name` (`mm`, `cm` or `m`), or `None`.
+    pub fn parse(name: &str) -> Option<Self> {
+        match name {
+            "mm" => Some(Self::Millimetre),
+            "cm" => Some(Self::Centimetre),
+            "m" => Some(Self::Metre),
+            _ => None,
+        }
+    }
+
+    /// Millimetres in one of this unit.
+    pub fn in_mm(self) -> f64 {
+        match self {
+            Self::Millimetre => 1.0,
+            Self::Centimetre => 10.0,
+            Self::Metre => 1000.0,
+        }
+    }
+}
