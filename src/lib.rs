@@ -4,4 +4,5 @@
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::print_stdout))]
 
 pub mod mesh;
+pub mod qp;
 pub mod units;
