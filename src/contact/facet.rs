@@ -1,0 +1,131 @@
+//! The outer facets of a volume mesh and the normals of its nodes.
+
+use std::collections::{BTreeMap, HashSet};
+
+use super::nearest::{Hit, Nearest};
+use crate::mesh::{Mesh, Site, Surface, boundary_facets};
+use crate::units::Vec3;
+
+/// Weights below this are rounding, and would make a row of one side longer than its mirror image.
+const NO_WEIGHT: f64 = 1e-12;
+
+/// The cell faces on the outside of a mesh, by their corner nodes (0-based, counter-clockwise seen
+/// from outside), in the order of the cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facets {
+    corners: Vec<Vec<usize>>,
+}
+
+impl Facets {
+    /// The facets that bound `mesh`; of quadratic ones the corners.
+    pub fn of(mesh: &Mesh) -> Self {
+        let corners = boundary_facets(mesh).iter().map(|f| f.corners().to_vec()).collect();
+        Self { corners }
+    }
+
+    /// The facets all of whose corners are among `nodes`.
+    #[must_use]
+    pub fn within(&self, nodes: &[usize]) -> Self {
+        let nodes: HashSet<usize> = nodes.iter().copied().collect();
+        let corners = self.corners.iter().filter(|f| f.iter().all(|v| nodes.contains(v))).cloned().collect();
+        Self { corners }
+    }
+
+    /// Number of facets.
+    pub fn len(&self) -> usize {
+        self.corners.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.corners.is_empty()
+    }
+
+    /// The corner nodes of each facet.
+    pub fn corners(&self) -> &[Vec<usize>] {
+        &self.corners
+    }
+
+    /// Unit outward normal of the tissue at each node that has one: the mean over its facets,
+    /// weighted by their areas.
+    pub fn node_normals(&self, mesh: &Mesh) -> BTreeMap<usize, Vec3> {
+        let mut normals: BTreeMap<usize, Vec3> = BTreeMap::new();
+        for facet in &self.corners {
+            let area = area_vector(facet, mesh);
+            for node in facet {
+                *normals.entry(*node).or_insert_with(Vec3::zeros) += area;
+            }
+        }
+        normals.into_iter().filter_map(|(node, n)| Some((node, n.try_normalize(0.)?))).collect()
+    }
+}
+
+/// Area times unit normal, mm²: the sum over a fan about the middle of the facet.
+fn area_vector(facet: &[usize], mesh: &Mesh) -> Vec3 {
+    let at = |k: usize| mesh.points[facet[k % facet.len()]];
+    (0..facet.len()).map(|k| at(k).cross(&at(k + 1))).sum::<Vec3>() / 2.
+}
+
+/// Facets as triangles for nearest-point queries, each vertex carried by nodes.
+///
+/// A quadrilateral becomes four triangles about its middle: a diagonal would not mirror.
+#[derive(Clone, Debug)]
+pub struct Patch {
+    nearest: Nearest,
+    carriers: Vec<Vec<(usize, f64)>>,
+}
+
+impl Patch {
+    /// A patch of `facets` of `mesh`.
+    pub fn new(facets: &Facets, mesh: &Mesh) -> Self {
+        let mut vertex = BTreeMap::new();
+        let (mut surface, mut carriers) = (Surface::default(), Vec::new());
+        for facet in facets.corners() {
+            let mut rim = Vec::with_capacity(facet.len());
+            for &node in facet {
+                rim.push(*vertex.entry(node).or_insert_with(|| {
+                    surface.points.push(mesh.points[node]);
+                    carriers.push(vec![(node, 1.)]);
+                    carriers.len() - 1
+                }));
+            }
+            if let &[a, b, c] = rim.as_slice() {
+                surface.triangles.push([a, b, c]);
+                continue;
+            }
+            let share = 1. / facet.len() as f64;
+            surface.points.push(facet.iter().map(|&v| mesh.points[v]).sum::<Vec3>() * share);
+            carriers.push(facet.iter().map(|&v| (v, share)).collect());
+            let hub = carriers.len() - 1;
+            for k in 0..rim.len() {
+                surface.triangles.push([rim[k], rim[(k + 1) % rim.len()], hub]);
+            }
+        }
+        Self { nearest: Nearest::new(surface), carriers }
+    }
+
+    /// The material point of the patch closest to `p` (the first of several) and its distance, mm; `None` for
+    /// an empty patch or a point that is not finite.
+    pub fn project(&self, p: Vec3) -> Option<(Site, f64)> {
+        let hits = self.nearest.hits(p, f64::MAX, |_| true);
+        let hit = hits.first()?;
+        let weights = self.carriers(hit).into_iter().collect();
+        Some((Site { position: hit.at.point, weights }, hit.distance))
+    }
+
+    pub(super) fn nearest(&self) -> &Nearest {
+        &self.nearest
+    }
+
+    /// Nodes and weights that carry the closest point of `hit`.
+    pub(super) fn carriers(&self, hit: &Hit) -> BTreeMap<usize, f64> {
+        let mut weights = BTreeMap::new();
+        let corners = self.nearest.surface().triangles[hit.triangle];
+        for (vertex, w) in corners.into_iter().zip(hit.at.weights).filter(|(_, w)| *w > NO_WEIGHT) {
+            for &(node, share) in &self.carriers[vertex] {
+                *weights.entry(node).or_insert(0.) += w * share;
+            }
+        }
+        weights
+    }
+}

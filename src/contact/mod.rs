@@ -1,0 +1,20 @@
+//! Unilateral contact: who may touch whom, how far apart they are at rest, and along which normal.
+
+mod closed_surface;
+mod closest;
+mod facet;
+mod lips;
+mod nearest;
+mod pair;
+mod solid;
+mod teeth;
+mod teeth_error;
+
+pub use closed_surface::closed_surface;
+pub use closest::{Feature, TrianglePoint, closest_on_triangle};
+pub use facet::{Facets, Patch};
+pub use lips::lip_pairs;
+pub use pair::{Pair, PairKind};
+pub use solid::{Projection, Solid};
+pub use teeth::teeth_pairs;
+pub use teeth_error::{BoundaryLoop, EdgeAt, Piece, TeethError, TeethWarning};

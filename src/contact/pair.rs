@@ -1,0 +1,41 @@
+//! A contact candidate.
+
+use crate::units::Vec3;
+
+/// What a contact pair keeps apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum PairKind {
+    /// Lip or cheek against the upper teeth.
+    UpperTeeth,
+    /// Lip or cheek against the lower teeth.
+    LowerTeeth,
+    /// Upper against lower lip.
+    Lips,
+}
+
+/// A contact candidate: one row of `G` with its gap at rest.
+///
+/// The gap after a displacement `u` is `gap_mm + sum_k coefficient_k . u_k`; it must not be negative.
+/// A unit contact force pushes node `k` by `coefficient_k` (N).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pair {
+    /// What is kept apart.
+    pub kind: PairKind,
+    /// The node (0-based) whose gap this is.
+    pub node: usize,
+    /// The row of `G`: nodes (0-based) and their coefficients; for a tooth the node and the unit
+    /// outward normal of the tooth.
+    pub row: Vec<(usize, Vec3)>,
+    /// Gap at rest, mm, never negative for a pair found at rest: a rest overlap counts as touching. Of a
+    /// pair found where the tissue has moved, the gap that its linearisation has at rest.
+    pub gap_mm: f64,
+    /// Depth of the rest overlap, mm, 0 where there is none.
+    pub rest_overlap_mm: f64,
+}
+
+impl Pair {
+    /// Change of the gap, mm, under the displacement field `u` (3n, node-major xyz, mm).
+    pub fn change_mm(&self, u: &[f64]) -> f64 {
+        self.row.iter().map(|(n, g)| g.x * u[3 * n] + g.y * u[3 * n + 1] + g.z * u[3 * n + 2]).sum()
+    }
+}

@@ -1,0 +1,41 @@
+//! Lip and cheek nodes against an arch.
+
+use std::collections::BTreeMap;
+
+use super::{Pair, PairKind, Solid};
+use crate::units::Vec3;
+
+/// The pairs of the nodes `nodes` (positions `points`, n x 3, mm) with the teeth `solid`, in the
+/// order of `nodes`: one a node that lies inside or within `cutoff_mm` outside.
+///
+/// The row is the outward unit normal of the tooth at the node's closest point, the gap the signed
+/// distance, a negative one taken as zero and recorded as rest overlap. A node inside a tooth leaves
+/// it through the closest part that faces its tissue (`normals`: unit outward tissue normal at a
+/// node): the closest part of all may be the far side of the arch, and pushing there would draw the
+/// lip through the teeth. Nodes without a normal leave by the closest part.
+pub fn teeth_pairs(
+    kind: PairKind,
+    solid: &Solid,
+    points: &[Vec3],
+    nodes: &[usize],
+    normals: &BTreeMap<usize, Vec3>,
+    cutoff_mm: f64,
+) -> Vec<Pair> {
+    let pair = |&node: &usize| {
+        let p = points[node];
+        let closest = solid.project(p)?;
+        if closest.distance_mm > cutoff_mm {
+            return None;
+        }
+        let tissue = normals.get(&node).filter(|_| closest.distance_mm < 0.);
+        let way_out = tissue.and_then(|t| solid.project_facing(p, *t)).unwrap_or(closest);
+        Some(Pair {
+            kind,
+            node,
+            row: vec![(node, way_out.normal)],
+            gap_mm: closest.distance_mm.max(0.),
+            rest_overlap_mm: (-closest.distance_mm).max(0.),
+        })
+    };
+    nodes.iter().filter_map(pair).collect()
+}

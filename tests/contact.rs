@@ -1,0 +1,240 @@
+//! Contact: distances in every nearest-feature region, ways out of a solid, pairs and their symmetry.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
+
+use std::collections::BTreeMap;
+
+use modiolus::contact::{Facets, Pair, PairKind, Solid, lip_pairs, teeth_pairs};
+use modiolus::mesh::{Cell, CellKind, Mesh, Surface};
+use modiolus::units::Vec3;
+
+/// The box `lo..hi`, two triangles a side, outward.
+fn cuboid(lo: Vec3, hi: Vec3) -> Surface {
+    let at = |k: usize| {
+        let pick = |axis: usize| if k >> axis & 1 == 1 { hi[axis] } else { lo[axis] };
+        Vec3::new(pick(0), pick(1), pick(2))
+    };
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    Surface { points: (0..8).map(at).collect(), triangles }
+}
+
+fn union(parts: &[Surface]) -> Surface {
+    let mut all = Surface::default();
+    for part in parts {
+        let shift = all.points.len();
+        all.points.extend(&part.points);
+        all.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + shift)));
+    }
+    all
+}
+
+/// Signed distance of the box `-h..h` (closed form).
+fn box_distance(p: Vec3, h: Vec3) -> f64 {
+    let q = p.abs() - h;
+    q.sup(&Vec3::zeros()).norm() + q.max().min(0.)
+}
+
+#[test]
+fn a_box_answers_its_closed_form_in_every_region() {
+    let h = Vec3::new(3., 2., 1.);
+    let solid = Solid::new(&cuboid(-h, h));
+    let mut regions = [0; 4];
+    // Steps that avoid the box's planes of symmetry, where the closest point inside is not unique.
+    for i in 0..27 {
+        let cell = [i % 3, i / 3 % 3, i / 9];
+        for s in [0.1, 0.35, 0.9] {
+            let p = Vec3::from_fn(|axis, _| match cell[axis] {
+                0 => -h[axis] - s - 0.1 * axis as f64,
+                1 => h[axis] * (s - 0.07 * axis as f64) * 0.9,
+                _ => h[axis] + s + 0.2 * axis as f64,
+            });
+            regions[cell.iter().filter(|c| **c != 1).count()] += 1;
+            let found = solid.project(p).unwrap();
+            assert!((found.distance_mm - box_distance(p, h)).abs() < 1e-12, "{p} {found:?}");
+            assert!((found.normal.norm() - 1.).abs() < 1e-12);
+            assert!((p - found.point - found.distance_mm * found.normal).norm() < 1e-12, "{p} {found:?}");
+            for axis in 0..3 {
+                let mut step = Vec3::zeros();
+                step[axis] = 1e-6;
+                let d = |q: Vec3| solid.project(q).unwrap().distance_mm;
+                let slope = (d(p + step) - d(p - step)) / 2e-6;
+                assert!((slope - found.normal[axis]).abs() < 1e-7, "{p} {axis}");
+            }
+        }
+    }
+    assert_eq!(regions, [3, 18, 36, 24], "inside, faces, edges, corners were all walked");
+}
+
+#[test]
+fn on_the_surface_itself_the_normal_is_the_features() {
+    let solid = Solid::new(&cuboid(Vec3::zeros(), Vec3::new(2., 2., 2.)));
+    let cases = [
+        (Vec3::new(1.2, 0.7, 2.), Vec3::z()),
+        (Vec3::new(2., 0.7, 2.), Vec3::new(1., 0., 1.).normalize()),
+        (Vec3::new(2., 2., 2.), Vec3::new(1., 1., 1.).normalize()),
+    ];
+    for (p, normal) in cases {
+        let found = solid.project(p).unwrap();
+        assert!(found.distance_mm.abs() < 1e-15 && (found.normal - normal).norm() < 1e-12, "{found:?}");
+    }
+}
+
+#[test]
+fn overlapping_pieces_are_one_solid() {
+    let parts = [
+        cuboid(Vec3::zeros(), Vec3::new(2., 2., 2.)),
+        cuboid(Vec3::new(1., 0.1, 0.1), Vec3::new(3., 1.9, 1.9)),
+    ];
+    let solid = Solid::new(&union(&parts));
+    // Outside the first and near its face, yet deep in the second.
+    let found = solid.project(Vec3::new(2.05, 1., 1.1)).unwrap();
+    assert!((found.distance_mm + 0.8).abs() < 1e-12, "{found:?}");
+    assert!((solid.project(Vec3::new(3.5, 1., 1.)).unwrap().distance_mm - 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn a_point_that_is_not_finite_has_no_projection() {
+    let solid = Solid::new(&cuboid(Vec3::zeros(), Vec3::new(2., 2., 2.)));
+    assert_eq!(solid.project(Vec3::new(f64::NAN, 0., 0.)), None);
+}
+
+#[test]
+fn a_node_deep_in_an_arch_leaves_towards_its_own_tissue() {
+    // An arch 4 mm thick, the lip in front of it (+z) whose inner surface looks back (-z).
+    let solid = Solid::new(&cuboid(Vec3::new(-20., -5., -4.), Vec3::new(20., 5., 0.)));
+    let deep = Vec3::new(1.3, 0.2, -3.);
+    let nearest = solid.project(deep).unwrap();
+    assert!((nearest.normal + Vec3::z()).norm() < 1e-12, "the nearest way out is the tongue's side");
+    let tissue = BTreeMap::from([(0, -Vec3::z())]);
+    let pairs = teeth_pairs(PairKind::UpperTeeth, &solid, &[deep], &[0], &tissue, 5.);
+    assert!((pairs[0].row[0].1 - Vec3::z()).norm() < 1e-12, "{pairs:?}");
+    assert!(pairs[0].gap_mm == 0. && (pairs[0].rest_overlap_mm - 1.).abs() < 1e-12, "{pairs:?}");
+    let unknown = teeth_pairs(PairKind::UpperTeeth, &solid, &[deep], &[0], &BTreeMap::new(), 5.);
+    assert!((unknown[0].row[0].1 + Vec3::z()).norm() < 1e-12, "{unknown:?}");
+}
+
+#[test]
+fn teeth_pairs_stop_at_the_cutoff_and_follow_the_displacement() {
+    let solid = Solid::new(&cuboid(Vec3::new(-9., -9., -9.), Vec3::new(9., 9., 0.)));
+    let points = [Vec3::new(0.3, 0.2, 2.), Vec3::new(0.3, 0.2, 5.01), Vec3::new(0.3, 0.2, -0.5)];
+    let none = BTreeMap::new();
+    let pairs = teeth_pairs(PairKind::LowerTeeth, &solid, &points, &[0, 1, 2], &none, 5.);
+    assert_eq!(pairs.iter().map(|p| p.node).collect::<Vec<_>>(), [0, 2]);
+    assert_eq!((pairs[0].gap_mm, pairs[0].rest_overlap_mm), (2., 0.));
+    assert_eq!((pairs[1].gap_mm, pairs[1].rest_overlap_mm), (0., 0.5));
+    let moved = points[0] + Vec3::new(0.1, 0., -0.5);
+    let gap = pairs[0].gap_mm + pairs[0].row[0].1.dot(&(moved - points[0]));
+    assert!((gap - solid.project(moved).unwrap().distance_mm).abs() < 1e-12);
+    assert!(pairs.iter().all(|p| p.kind == PairKind::LowerTeeth));
+}
+
+/// Two plates of `nx` by 2 hexes, the upper one from `gap` up, their faces bent by `bend(x)`.
+fn lips(nx: usize, gap: f64, bend: impl Fn(f64) -> f64) -> (Mesh, Vec<usize>, Vec<usize>) {
+    let (mut points, mut cells) = (Vec::new(), Vec::new());
+    let mut sides = [Vec::new(), Vec::new()];
+    for (side, base) in [(0usize, gap), (1, -1.)] {
+        let first = points.len();
+        let id = |i: usize, j: usize, k: usize| first + (i * 3 + j) * 2 + k;
+        for i in 0..=nx {
+            for j in 0..3 {
+                for k in 0..2 {
+                    let x = 2. * i as f64 - nx as f64;
+                    sides[side].push(points.len());
+                    points.push(Vec3::new(x, base + f64::from(k) + bend(x), f64::from(j)));
+                }
+            }
+        }
+        for i in 0..nx {
+            for j in 0..2 {
+                let n =
+                    [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)];
+                // The second axis is z and the third is y: reversed so that the cell is not inverted.
+                let nodes = [4, 5, 6, 7, 0, 1, 2, 3].map(|c: usize| id(i + n[c].0, j + n[c].1, n[c].2));
+                cells.push(Cell::new(CellKind::Hex8, &nodes));
+            }
+        }
+    }
+    let [upper, lower] = sides;
+    (Mesh::new(points, cells), upper, lower)
+}
+
+#[test]
+fn lips_meet_face_to_face_and_nowhere_else() {
+    let (mesh, upper, lower) = lips(3, 0.7, |_| 0.);
+    let facets = Facets::of(&mesh);
+    let pairs = lip_pairs(&mesh, &facets, &upper, &lower, 3.);
+    assert_eq!(pairs.len(), 24, "the twelve nodes of either facing side");
+    for pair in &pairs {
+        assert!((pair.gap_mm - 0.7).abs() < 1e-12, "{pair:?}");
+        let up = if upper.contains(&pair.node) { 1. } else { -1. };
+        let own = pair.row.iter().find(|r| r.0 == pair.node).unwrap().1;
+        assert!((own - Vec3::new(0., up, 0.)).norm() < 1e-12);
+        assert!(pair.row.iter().map(|r| r.1).sum::<Vec3>().norm() < 1e-12, "a pair is in balance: {pair:?}");
+    }
+    assert!(lip_pairs(&mesh, &facets, &upper, &lower, 0.6).is_empty());
+}
+
+#[test]
+fn crossed_lips_touch_and_keep_their_depth() {
+    let (mesh, upper, lower) = lips(2, -0.2, |_| 0.);
+    let pairs = lip_pairs(&mesh, &Facets::of(&mesh), &upper, &lower, 3.);
+    assert_eq!(pairs.len(), 18);
+    for pair in &pairs {
+        assert!(pair.gap_mm == 0. && (pair.rest_overlap_mm - 0.2).abs() < 1e-12, "{pair:?}");
+        let up = if upper.contains(&pair.node) { 1. } else { -1. };
+        assert!(pair.row.iter().find(|r| r.0 == pair.node).unwrap().1.y * up > 0.99, "{pair:?}");
+    }
+}
+
+#[test]
+fn the_gap_of_a_lip_pair_falls_with_the_displacement_as_its_row_says() {
+    let (mesh, upper, lower) = lips(3, 0.7, |x| 0.05 * x * x);
+    let gaps = |mesh: &Mesh| -> BTreeMap<usize, f64> {
+        let pairs = lip_pairs(mesh, &Facets::of(mesh), &upper, &lower, 3.);
+        pairs.iter().map(|p| (p.node, p.gap_mm)).collect()
+    };
+    let pairs = lip_pairs(&mesh, &Facets::of(&mesh), &upper, &lower, 3.);
+    let (h, before) = (1e-6, gaps(&mesh));
+    let mut checked = 0;
+    for pair in &pairs {
+        for &(node, coefficient) in &pair.row {
+            let mut moved = mesh.clone();
+            moved.points[node] += h * coefficient.normalize();
+            let slope = (gaps(&moved)[&pair.node] - before[&pair.node]) / h;
+            assert!((slope - coefficient.norm()).abs() < 1e-5, "{pair:?} node {node}: {slope}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 40, "{checked}");
+}
+
+#[test]
+fn mirrored_lips_have_mirrored_pairs() {
+    // A bend with its valley on the mid-plane: nodes there tie between the left and the right.
+    for bend in [0.6, -0.6] {
+        let (mesh, upper, lower) = lips(4, 0.9, |x| bend * x * x);
+        let facets = Facets::of(&mesh);
+        let mirror: BTreeMap<usize, usize> = (0..mesh.n_nodes())
+            .map(|a| {
+                let q = mesh.points[a].component_mul(&Vec3::new(-1., 1., 1.));
+                (a, (0..mesh.n_nodes()).find(|b| (mesh.points[*b] - q).norm() < 1e-12).unwrap())
+            })
+            .collect();
+        let pairs = lip_pairs(&mesh, &facets, &upper, &lower, 5.);
+        let find = |node: usize| -> &Pair { pairs.iter().find(|p| p.node == node).unwrap() };
+        let mut ties = 0;
+        for pair in &pairs {
+            let twin = find(mirror[&pair.node]);
+            assert!((twin.gap_mm - pair.gap_mm).abs() < 1e-12);
+            let row: BTreeMap<usize, Vec3> = twin.row.iter().copied().collect();
+            assert_eq!(row.len(), pair.row.len(), "{pair:?} {twin:?}");
+            for (node, coefficient) in &pair.row {
+                let expect = coefficient.component_mul(&Vec3::new(-1., 1., 1.));
+                assert!((row[&mirror[node]] - expect).norm() < 1e-9, "{pair:?} {twin:?}");
+            }
+            let reaches = |side: f64| pair.row.iter().any(|r| mesh.points[r.0].x * side > 1.);
+            ties += usize::from(mesh.points[pair.node].x == 0. && reaches(1.) && reaches(-1.));
+        }
+        assert!(ties > 0, "a node of the mid-plane ties at bend {bend}");
+    }
+}
