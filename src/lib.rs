@@ -4,6 +4,7 @@
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::print_stdout))]
 
 pub mod contact;
+pub mod face;
 pub mod mesh;
 pub mod qp;
 pub mod units;

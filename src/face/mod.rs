@@ -1,0 +1,71 @@
+//! What a face is: tissue, bones, muscles, teeth and landmarks on one mesh.
+
+mod bundle;
+mod check;
+mod contacts;
+mod curve;
+mod embed;
+mod error;
+mod landmark;
+mod muscle;
+mod skin_normal;
+pub mod standard;
+mod support;
+mod teeth;
+mod tissue;
+
+pub use bundle::{join_ring, spread};
+pub use contacts::{ContactReach, RestOverlap};
+pub use curve::{polyline_length, smooth_curve};
+pub use embed::{Projected, TooFar, embed};
+pub use error::{FaceError, FaceWarning};
+pub use landmark::Landmark;
+pub use muscle::{Fibre, Muscle};
+pub use skin_normal::SkinNormal;
+pub use standard::standard;
+pub use support::Support;
+pub use teeth::Teeth;
+pub use tissue::{MuscleLaw, MuscleTissue, Tissue};
+
+use crate::mesh::Mesh;
+
+/// A face at rest. Lengths mm, forces N, moduli kPa; frame +x the subject's left, +y up, +z anterior.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Face {
+    /// What the face is called in reports.
+    pub name: String,
+    /// Soft tissue between skin and skull.
+    pub mesh: Mesh,
+    /// Passive tissue.
+    pub tissue: Tissue,
+    /// Muscle tissue, the same for every muscle.
+    pub muscle_tissue: MuscleTissue,
+    /// Node sets fixed to bone segments.
+    pub supports: Vec<Support>,
+    /// Muscles: the unknowns of the inverse, in this order.
+    pub muscles: Vec<Muscle>,
+    /// Tooth surfaces, closed and outward oriented.
+    pub teeth: Vec<Teeth>,
+    /// Nodes (0-based, ascending) of the free inner surface that may touch teeth.
+    pub mucosa: Vec<usize>,
+    /// Nodes (0-based, ascending) of the upper lip that may touch the lower lip.
+    pub upper_lip: Vec<usize>,
+    /// Nodes (0-based, ascending) of the lower lip that may touch the upper lip.
+    pub lower_lip: Vec<usize>,
+    /// Nodes (0-based, ascending) of the skin.
+    pub skin: Vec<usize>,
+    /// Named points.
+    pub landmarks: Vec<Landmark>,
+}
+
+impl Face {
+    /// The landmark called `name`.
+    pub fn landmark(&self, name: &str) -> Option<&Landmark> {
+        self.landmarks.iter().find(|l| l.name == name)
+    }
+
+    /// Position in [`muscles`](Self::muscles) of the muscle called `name`.
+    pub fn muscle_index(&self, name: &str) -> Option<usize> {
+        self.muscles.iter().position(|m| m.name == name)
+    }
+}

@@ -1,0 +1,12 @@
+//! Teeth.
+
+use crate::mesh::Surface;
+
+/// A tooth surface: closed, outward oriented.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Teeth {
+    /// True for the upper arch.
+    pub upper: bool,
+    /// The surface, mm.
+    pub surface: Surface,
+}
