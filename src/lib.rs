@@ -5,6 +5,7 @@
 
 pub mod contact;
 pub mod face;
+pub mod forward;
 pub mod mesh;
 pub mod qp;
 pub mod units;

@@ -1,0 +1,145 @@
+//! The contact forces that given activations call up.
+
+use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
+
+use super::{ContactResponse, Touching};
+use crate::qp::{self, Answer, Problem, ProblemError};
+
+/// Gaps and forces within this share of their scale count as zero.
+const ROUNDING: f64 = 1e-11;
+/// Exchanges of the touching set before the quadratic program takes over.
+const EXCHANGES: usize = 60;
+/// Whole-set exchanges without progress before single ones.
+const PATIENCE: usize = 5;
+
+/// Why no contact forces were found.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ContactError {
+    /// The response is not that of a stable face.
+    #[error("the contact response is malformed: {0}")]
+    Response(#[from] ProblemError),
+    /// Contacts that no force can keep apart, or a program too badly conditioned.
+    #[error("the contact forces could not be found to 1e-9; a fixed node may penetrate")]
+    NotConverged,
+}
+
+/// Contact forces `lambda` (c), N, at activations `a` (m):
+/// `0 <= lambda  _|_  g0 + V a + S lambda >= 0`.
+///
+/// Redundant contacts share their force arbitrarily; displacements and gaps are unique. Block
+/// principal pivoting (Judice and Pires 1994), backed by `min 1/2 l'Sl + (g0 + Va)'l` over `l >= 0`.
+///
+/// # Errors
+/// [`ContactError`] when the response is not finite or not positive semidefinite, or no forces exist.
+pub fn contact_forces(
+    contact: &ContactResponse,
+    activation: &DVector<f64>,
+) -> Result<DVector<f64>, ContactError> {
+    contact_forces_near(contact, activation, None).map(|(forces, _)| forces)
+}
+
+/// The [`contact_forces`] `lambda` (c), N, and the contacts that hold them, sought from those of a
+/// nearby activation.
+///
+/// # Errors
+/// As [`contact_forces`].
+pub fn contact_forces_near(
+    contact: &ContactResponse,
+    activation: &DVector<f64>,
+    nearby: Option<&Touching>,
+) -> Result<(DVector<f64>, Touching), ContactError> {
+    let free_gap = &contact.gap + &contact.approach * activation;
+    let compliance = &contact.compliance;
+    let start = match nearby {
+        Some(touching) => touching.clone(),
+        None => Touching::new(compliance, (0..free_gap.len()).filter(|&i| free_gap[i] < 0.0)),
+    };
+    if let Some(found) = exchange(compliance, &free_gap, start) {
+        return Ok(found);
+    }
+    let forces = program(compliance, &free_gap)?;
+    let touching = Touching::new(compliance, (0..forces.len()).filter(|&i| forces[i] > 0.0));
+    Ok((forces, touching))
+}
+
+/// Exchanges contacts that pull with ones that penetrate until neither is left.
+fn exchange(
+    compliance: &DMatrix<f64>,
+    free_gap: &DVector<f64>,
+    mut touching: Touching,
+) -> Option<(DVector<f64>, Touching)> {
+    let c = free_gap.len();
+    let gap_scale = free_gap.amax();
+    if !gap_scale.is_finite() {
+        return None;
+    }
+    let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
+    for _ in 0..EXCHANGES {
+        let mut closed = vec![false; c];
+        for &i in touching.contacts() {
+            closed[i] = true;
+        }
+        let mut forces = touching.forces(free_gap);
+        let held: Vec<f64> = touching.contacts().iter().map(|&i| forces[i]).collect();
+        let gaps = free_gap + touching.opening(compliance, &held);
+        let force_tolerance = ROUNDING * forces.amax();
+        let wrong: Vec<usize> = (0..c)
+            .filter(
+                |&i| if closed[i] { forces[i] < -force_tolerance } else { gaps[i] < -ROUNDING * gap_scale },
+            )
+            .collect();
+        if wrong.is_empty() {
+            forces.apply(|f| *f = f.max(0.0));
+            return Some((forces, touching));
+        }
+        if wrong.len() < fewest {
+            (fewest, patience) = (wrong.len(), PATIENCE);
+        } else {
+            patience = patience.saturating_sub(1);
+        }
+        let last = wrong.len() - 1;
+        let exchanged = if patience > 0 { &wrong[..] } else { &wrong[last..] };
+        for &i in exchanged.iter().filter(|&&i| closed[i]) {
+            touching.drop(i);
+        }
+        let (mut all, mut repeats) = (touching.contacts().to_vec(), false);
+        for &i in exchanged.iter().filter(|&&i| !closed[i]) {
+            all.push(i);
+            repeats |= !touching.add(compliance, i);
+        }
+        if repeats {
+            // Of contacts that repeat each other another choice may hold.
+            all.sort_unstable();
+            touching = Touching::new(compliance, all);
+        }
+    }
+    None
+}
+
+/// The same forces from the quadratic program, with columns added as their contacts penetrate.
+fn program(compliance: &DMatrix<f64>, free_gap: &DVector<f64>) -> Result<DVector<f64>, ContactError> {
+    let c = free_gap.len();
+    let mut chosen: Vec<usize> = (0..c).filter(|&i| free_gap[i] < 0.0 || free_gap[i].is_nan()).collect();
+    loop {
+        let k = chosen.len();
+        let hessian = DMatrix::from_fn(k, k, |i, j| compliance[(chosen[i], chosen[j])]);
+        let mut problem = Problem::unconstrained(hessian, DVector::from_fn(k, |i, _| free_gap[chosen[i]]));
+        problem.lower.fill(0.0);
+        let Answer::Solved(solution) = qp::solve(&problem)? else { return Err(ContactError::NotConverged) };
+        let mut forces = DVector::zeros(c);
+        for (&i, &force) in chosen.iter().zip(solution.point.x.iter()) {
+            forces[i] = force;
+        }
+        let gaps = free_gap + compliance * &forces;
+        let tolerance = 1e-9 * free_gap.amax();
+        let penetrating: Vec<usize> =
+            (0..c).filter(|i| gaps[*i] < -tolerance && chosen.binary_search(i).is_err()).collect();
+        if penetrating.is_empty() {
+            return Ok(forces);
+        }
+        chosen.extend(penetrating);
+        chosen.sort_unstable();
+    }
+}

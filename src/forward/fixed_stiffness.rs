@@ -1,0 +1,157 @@
+//! The linear model at one fixed stiffness.
+
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use super::{Cholesky, ContactError, ContactResponse, Model, Response, SparseColumn, contact_forces};
+use crate::contact::Pair;
+use crate::mesh::Site;
+
+/// The forward model at a fixed stiffness `K(abar)`: linear in activations and contact forces.
+#[derive(Clone, Debug)]
+pub struct FixedStiffness<'m> {
+    model: &'m Model,
+    activation: Vec<f64>,
+    cholesky: Cholesky,
+}
+
+/// Where the tissue comes to rest under its muscles, its stiffness being that of their activations.
+#[derive(Clone, Debug)]
+pub struct Equilibrium {
+    /// Displacement (3n), mm.
+    pub displacement: Vec<f64>,
+    /// Contact forces (c), N.
+    pub contact_forces: DVector<f64>,
+}
+
+impl<'m> FixedStiffness<'m> {
+    pub(super) fn new(model: &'m Model, activation: &[f64], cholesky: Cholesky) -> Self {
+        Self { model, activation: activation.to_vec(), cholesky }
+    }
+
+    /// The factor of `K(abar)`.
+    pub fn cholesky(&self) -> &Cholesky {
+        &self.cholesky
+    }
+
+    /// The activation map: displacement (3n, mm) per unit activation of each of the `m` muscles,
+    /// `K^-1 F`, from one factorisation with blocked right-hand sides.
+    pub fn map(&self) -> Vec<Vec<f64>> {
+        let forces: Vec<_> = self.model.loads().iter().map(|load| self.dense(load)).collect();
+        self.cholesky.displacements(&forces)
+    }
+
+    /// Displacement (3n, mm) `u = K^-1 (F a + G' lambda)` under activations `a` (m) and contact
+    /// forces `lambda` (c, N; empty when there are none).
+    pub fn displacement(&self, activation: &[f64], contact_forces: &[f64]) -> Vec<f64> {
+        self.displacement_with(self.model.pairs(), activation, contact_forces)
+    }
+
+    /// [`displacement`](Self::displacement) with contact forces on other `pairs` than the model's.
+    pub fn displacement_with(&self, pairs: &[Pair], activation: &[f64], contact_forces: &[f64]) -> Vec<f64> {
+        let mut force = vec![0.; self.model.n_dofs()];
+        for (load, a) in self.model.loads().iter().zip(activation) {
+            add(&mut force, load, *a);
+        }
+        for (pair, lambda) in pairs.iter().zip(contact_forces) {
+            for (node, push) in &pair.row {
+                for axis in 0..3 {
+                    force[3 * node + axis] += lambda * push[axis];
+                }
+            }
+        }
+        self.cholesky.displacements(&[force]).swap_remove(0)
+    }
+
+    /// The response of `sites` and contacts, every block from one Gram matrix `C' K^-1 C` with
+    /// `C = [F P' G']`: only the observed rows are ever formed.
+    pub fn response(&self, sites: &[Site]) -> Response {
+        self.response_with(sites, self.model.pairs())
+    }
+
+    /// The [`response`](Self::response) of other contact `pairs` than the model's.
+    pub fn response_with(&self, sites: &[Site], pairs: &[Pair]) -> Response {
+        let loads = self.model.loads();
+        let (m, d, c) = (loads.len(), 3 * sites.len(), pairs.len());
+        let mut columns: Vec<SparseColumn> = loads.to_vec();
+        for site in sites {
+            columns.extend((0..3).map(|axis| site.weights.iter().map(|&(n, w)| (3 * n + axis, w)).collect()));
+        }
+        for pair in pairs {
+            let entries = pair.row.iter().flat_map(|(n, g)| (0..3).map(move |axis| (3 * n + axis, g[axis])));
+            columns.push(entries.collect());
+        }
+        let gram = self.cholesky.gram(&columns);
+        let contact = (c > 0).then(|| ContactResponse {
+            kinds: pairs.iter().map(|p| p.kind).collect(),
+            gap: DVector::from_iterator(c, pairs.iter().map(|p| p.gap_mm)),
+            approach: gram.view((m + d, 0), (c, m)).into_owned(),
+            compliance: gram.view((m + d, m + d), (c, c)).into_owned(),
+            reach: gram.view((m, m + d), (d, c)).into_owned(),
+        });
+        Response {
+            muscles: self.model.muscles().to_vec(),
+            map: gram.view((m, 0), (d, m)).into_owned(),
+            offset: DVector::zeros(d),
+            contact,
+        }
+    }
+
+    /// Displacement and contact forces at the activations `abar` that this stiffness belongs to:
+    /// `K(abar) u = F abar + G' lambda`, `0 <= lambda  _|_  g0 + G u >= 0`.
+    ///
+    /// # Errors
+    /// [`ContactError`] when no contact forces keep the gaps open.
+    pub fn equilibrium(&self, contact: Option<&ContactResponse>) -> Result<Equilibrium, ContactError> {
+        let contact_forces = match contact {
+            Some(contact) => contact_forces(contact, &DVector::from_column_slice(&self.activation))?,
+            None => DVector::zeros(0),
+        };
+        let displacement = self.displacement(&self.activation, contact_forces.as_slice());
+        Ok(Equilibrium { displacement, contact_forces })
+    }
+
+    /// The `response` of `sites` at this stiffness, linearised about `abar` and the displacement `u`
+    /// (3n, mm) that it causes:
+    /// `K(abar) u' = F a' - sum_m (a'_m - abar_m) dK/da_m u + G' lambda'`.
+    ///
+    /// Its map is the exact Jacobian `du/da_m = K(abar)^-1 (f_m - dK/da_m u)` at fixed contact forces:
+    /// the fixed-stiffness map less `K^-1 dK/da_m u`, one more solve a muscle.
+    pub fn tangent(&self, sites: &[Site], response: &Response, displacement: &[f64]) -> Response {
+        let stretched: Vec<Vec<f64>> = (0..self.model.muscles().len())
+            .into_par_iter()
+            .map(|muscle| self.model.stiffening(muscle, self.activation[muscle], displacement))
+            .collect();
+        let mut tangent = response.clone();
+        for (part, softened) in self.cholesky.displacements(&stretched).iter().enumerate() {
+            let a = self.activation[part];
+            for (s, site) in sites.iter().enumerate() {
+                let u = site.displacement(softened);
+                for axis in 0..3 {
+                    tangent.map[(3 * s + axis, part)] -= u[axis];
+                    tangent.offset[3 * s + axis] += a * u[axis];
+                }
+            }
+            if let Some(contact) = &mut tangent.contact {
+                for (c, pair) in self.model.pairs().iter().enumerate() {
+                    let change = pair.change_mm(softened);
+                    contact.approach[(c, part)] -= change;
+                    contact.gap[c] += a * change;
+                }
+            }
+        }
+        tangent
+    }
+
+    fn dense(&self, column: &SparseColumn) -> Vec<f64> {
+        let mut full = vec![0.; self.model.n_dofs()];
+        add(&mut full, column, 1.);
+        full
+    }
+}
+
+fn add(full: &mut [f64], column: &SparseColumn, factor: f64) {
+    for &(dof, value) in column {
+        full[dof] += factor * value;
+    }
+}

@@ -1,0 +1,41 @@
+//! From activations to displacements: elements, materials, muscle forces, supports and the solve.
+
+mod active_stress;
+mod assembly;
+mod cell_muscles;
+mod cholesky;
+mod contact_forces;
+mod deformation;
+pub mod elasticity;
+mod element;
+mod error;
+mod fibre_force;
+mod fixed_stiffness;
+mod gram;
+mod model;
+mod muscle_law;
+mod muscle_tissue;
+mod ordering;
+mod quadrature;
+mod response;
+mod settled_contact;
+mod stiffness;
+mod touching;
+
+pub use active_stress::active_stress_forces;
+pub use assembly::assemble;
+pub use cell_muscles::cell_muscles;
+pub use cholesky::{Cholesky, SymbolicFactor};
+pub use contact_forces::{ContactError, contact_forces, contact_forces_near};
+pub use deformation::Deformation;
+pub use element::{Element, ElementStiffness, IntegrationPoint};
+pub use error::ForwardError;
+pub use fibre_force::fibre_forces;
+pub use fixed_stiffness::{Equilibrium, FixedStiffness};
+pub use gram::SparseColumn;
+pub use model::Model;
+pub use muscle_law::{N_TENSORS, tensors};
+pub use response::{ContactResponse, Response};
+pub use settled_contact::SettledContact;
+pub use stiffness::{Pattern, Stiffness};
+pub use touching::Touching;

@@ -1,0 +1,9 @@
+//! What several test files need.
+#![allow(dead_code, unreachable_pub, unused_imports)]
+
+pub mod block_face;
+mod grids;
+mod random;
+
+pub use grids::{add_quad_traction, cell_displacements, grid, solve, solve_with};
+pub use random::Random;
