@@ -2,6 +2,7 @@
 #![allow(dead_code, unreachable_pub, unused_imports)]
 
 pub mod block_face;
+pub mod faces;
 mod grids;
 mod random;
 

@@ -1,0 +1,173 @@
+//! Doubts about a target that its numbers raise.
+
+use std::collections::BTreeSet;
+
+use super::limit::Limit;
+use super::piece::{Outcome, Piece};
+use super::problem::{MarkerAim, Problem};
+use super::program::Linearisation;
+use super::solution::{ActiveLimit, MarkerFit};
+use super::target::Goal;
+use super::term::Term;
+use super::terms::MarkerDisplacement;
+use super::warning::Warning;
+
+/// Influence below this share of the strongest muscle's is none; angles below it are parallel.
+const NEGLIGIBLE: f64 = 1e-9;
+/// Residuals beyond this many standard deviations ask for an explanation.
+const FAR: f64 = 3.0;
+/// How much better the swapped sides must fit.
+const SWAPPED_SHARE: f64 = 0.5;
+/// Limits named for an unreachable marker, at most.
+const NAMED: usize = 3;
+
+/// Warnings that need no answer.
+pub(super) fn before(problem: &Problem) -> Vec<Warning> {
+    let mut warnings: Vec<Warning> = problem.markers.iter().filter_map(exact_zero).collect();
+    warnings.extend(swapped(problem));
+    warnings.extend(influence(problem));
+    warnings.extend(underdetermined(problem));
+    warnings
+}
+
+fn exact_zero(marker: &MarkerAim) -> Option<Warning> {
+    let (Goal::Displacement(given) | Goal::Position(given)) = marker.goal;
+    (given == [Some(0.0); 3]).then(|| Warning::ExactZero { marker: marker.name.clone() })
+}
+
+/// Muscles without influence on any residual, and pairs with the same.
+fn influence(problem: &Problem) -> Vec<Warning> {
+    let rest = problem.rest();
+    let data = problem.terms.iter().map(AsRef::as_ref).filter(|term| !is_effort(*term, problem));
+    let space = &problem.space;
+    let matrix = Linearisation::new(data, &rest).residuals(space).matrix;
+    if matrix.nrows() == 0 {
+        return Vec::new();
+    }
+    let norms: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();
+    let strongest = norms.iter().copied().fold(0.0, f64::max);
+    let is_weak = |k: usize| norms[k] <= NEGLIGIBLE * strongest;
+    let mut warnings = Vec::new();
+    for k in 0..norms.len() {
+        if is_weak(k) {
+            warnings.push(Warning::NoInfluence { muscle: problem.muscles[k].clone() });
+            continue;
+        }
+        for j in (0..k).filter(|&j| !is_weak(j)) {
+            let difference = matrix.column(k) / norms[k] - matrix.column(j) / norms[j];
+            if difference.norm() <= NEGLIGIBLE && is_free(problem, j, k) {
+                warnings.push(Warning::Indistinguishable {
+                    muscle: problem.muscles[j].clone(),
+                    other: problem.muscles[k].clone(),
+                });
+            }
+        }
+    }
+    warnings
+}
+
+/// The effort moves no point: it sees every muscle and hides which the data see.
+fn is_effort(term: &dyn Term, problem: &Problem) -> bool {
+    term.rows(&problem.rest()).iter().all(|row| row.observed.is_empty())
+}
+
+/// Whether the two activations can differ in a way the data might show.
+fn is_free(problem: &Problem, j: usize, k: usize) -> bool {
+    let fixed = |i: usize| problem.bounds.min[i] == problem.bounds.max[i];
+    !fixed(j) && !fixed(k) && !problem.tied.pairs.iter().any(|pair| *pair == [j, k] || *pair == [k, j])
+}
+
+fn underdetermined(problem: &Problem) -> Option<Warning> {
+    if problem.effort > 0.0 {
+        return None;
+    }
+    let markers = problem.markers.iter().flat_map(|marker| marker.target_mm).flatten().count();
+    let components = markers + problem.features.len() + 3 * problem.n_pairs;
+    let fixed = problem.bounds.min.iter().zip(problem.bounds.max.iter()).filter(|(lo, hi)| lo == hi).count();
+    let muscles = (problem.n_muscles() - fixed).saturating_sub(problem.tied.pairs.len());
+    (components < muscles).then_some(Warning::Underdetermined { components, muscles })
+}
+
+/// The label on the other side, for a name that has a side.
+fn mirrored(name: &str) -> Option<String> {
+    name.strip_suffix("_l").map(|stem| format!("{stem}_r"))
+}
+
+/// Fits the markers as given and with every pair of sides exchanged, without contact.
+fn swapped(problem: &Problem) -> Option<Warning> {
+    let markers = &problem.markers;
+    let pairs: Vec<[usize; 2]> = (0..markers.len())
+        .filter_map(|l| {
+            let right = mirrored(&markers[l].place)?;
+            Some([l, markers.iter().position(|marker| marker.place == right)?])
+        })
+        .collect();
+    if pairs.is_empty() {
+        return None;
+    }
+    let given: Vec<[Option<f64>; 3]> = markers.iter().map(|marker| marker.target_mm).collect();
+    let mut exchanged = given.clone();
+    for &[l, r] in &pairs {
+        (exchanged[l], exchanged[r]) = (as_displacement(&markers[l], &markers[r].goal), {
+            as_displacement(&markers[r], &markers[l].goal)
+        });
+    }
+    let (residual_mm, weighted) = fit(problem, &given)?;
+    let (swapped_mm, swapped_weighted) = fit(problem, &exchanged)?;
+    (weighted > FAR && swapped_weighted < SWAPPED_SHARE * weighted).then(|| Warning::SwappedSides {
+        pairs: pairs.iter().map(|&[l, r]| [markers[l].name.clone(), markers[r].name.clone()]).collect(),
+        residual_mm,
+        swapped_mm,
+    })
+}
+
+fn as_displacement(marker: &MarkerAim, goal: &Goal) -> [Option<f64>; 3] {
+    match *goal {
+        Goal::Displacement(d) => d,
+        Goal::Position(p) => [0, 1, 2].map(|axis| p[axis].map(|v| v - marker.rest_mm[axis])),
+    }
+}
+
+/// Root mean square residual of the markers, in mm over the markers and in standard deviations over
+/// the components.
+fn fit(problem: &Problem, targets: &[[Option<f64>; 3]]) -> Option<(f64, f64)> {
+    let terms: Vec<MarkerDisplacement> = problem
+        .markers
+        .iter()
+        .zip(targets)
+        .map(|(marker, &target_mm)| MarkerDisplacement {
+            point: marker.point,
+            target_mm,
+            sigma_mm: marker.sigma_mm,
+        })
+        .collect();
+    let linearised = Linearisation::new(terms.iter().map(|term| term as &dyn Term), &problem.rest());
+    let limits: [&dyn Limit; 2] = [&problem.bounds, &problem.tied];
+    let piece = Piece::without_contact(&problem.space);
+    let Ok(Outcome::Optimum(optimum)) = piece.optimum(&linearised, &limits, &BTreeSet::new()) else {
+        return None;
+    };
+    let rows: Vec<(f64, f64)> = terms
+        .iter()
+        .flat_map(|term| term.rows(&optimum.state).into_iter().map(|row| (row.value, term.sigma_mm)))
+        .collect();
+    let seen = targets.iter().filter(|t| t.iter().any(Option::is_some)).count();
+    if rows.is_empty() {
+        return None;
+    }
+    let squares_mm: f64 = rows.iter().map(|(value, sigma)| (value * sigma).powi(2)).sum();
+    let squares: f64 = rows.iter().map(|(value, _)| value * value).sum();
+    Some(((squares_mm / seen as f64).sqrt(), (squares / rows.len() as f64).sqrt()))
+}
+
+/// The farthest marker, if it is far and limits stop it.
+pub(super) fn unreachable(problem: &Problem, fits: &[MarkerFit], limits: &[ActiveLimit]) -> Option<Warning> {
+    let far = |(marker, fit): (&MarkerAim, &MarkerFit)| {
+        let residual = fit.residual_mm?;
+        (residual > FAR * marker.sigma_mm).then(|| (residual / marker.sigma_mm, residual, fit.name.clone()))
+    };
+    let (_, residual_mm, marker) =
+        problem.markers.iter().zip(fits).filter_map(far).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let limits: Vec<String> = limits.iter().take(NAMED).map(|limit| limit.name.clone()).collect();
+    (!limits.is_empty()).then_some(Warning::Unreachable { marker, residual_mm, limits })
+}

@@ -1,0 +1,43 @@
+//! From a target to activations: a list of terms and a list of limits become one quadratic program.
+//!
+//! [`Target`] -> [`Observations::resolve`] (names to points of a face) -> `Response` of those points ->
+//! [`Problem::new`] -> [`Problem::build`] (the program, to look at) or [`Problem::solve`].
+
+mod activated;
+mod check;
+mod descent;
+mod detect;
+mod error;
+mod limit;
+mod limits;
+mod observations;
+mod piece;
+mod pivot;
+mod problem;
+mod program;
+mod relaxation;
+mod report;
+mod sequential;
+mod solution;
+mod solve;
+mod spelling;
+mod target;
+mod term;
+mod terms;
+mod warning;
+
+pub use activated::ActivatedProblem;
+pub use error::TargetError;
+pub use limit::{Constraint, Constraints, Limit, LimitName};
+pub use limits::{ActivationBounds, ContactReactions, KinematicContact, TiedPairs, TrustRegion};
+pub use observations::Observations;
+pub use problem::{ContactMode, InverseError, Problem};
+pub use program::{Linearisation, Program, Residuals, Space, build};
+pub use sequential::{ActivatedSolution, SequentialQp, SequentialState, SequentialStep};
+pub use solution::{
+    Activations, ActiveLimit, ContactReport, FeatureFit, MarkerFit, Residual, Solution, Status,
+};
+pub use target::{Axis, Bound, Expected, Feature, FeatureGoal, Goal, Marker, MirroredPair, Place, Target};
+pub use term::{Row, State, Term, objective};
+pub use terms::{Component, Distance, Effort, MarkerDisplacement, MarkerPosition, MirroredPoints};
+pub use warning::Warning;

@@ -1,0 +1,149 @@
+//! What the inverse answers.
+
+use std::fmt;
+
+use nalgebra::DVector;
+
+use super::warning::Warning;
+use crate::qp::{Certificate, Infeasible};
+use crate::units::Vec3;
+
+/// How an inverse ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// The certificate passes: primal, dual and gap residuals are at most 1e-9.
+    Solved,
+    /// The limits contradict each other; the certificate proves it.
+    Infeasible,
+    /// The solver stopped short of the tolerance.
+    NotConverged,
+    /// Nothing to fit: every marker is missing and there is no feature.
+    NoData,
+}
+
+impl Status {
+    /// The word in `solution.json`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Solved => "solved",
+            Self::Infeasible => "infeasible",
+            Self::NotConverged => "not_converged",
+            Self::NoData => "no_data",
+        }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.word())
+    }
+}
+
+/// How one marker was met; missing components stay missing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MarkerFit {
+    /// Label.
+    pub name: String,
+    /// Displacement asked for, mm.
+    pub target_mm: [Option<f64>; 3],
+    /// Displacement of the model, mm.
+    pub model_mm: Vec3,
+    /// Length of the difference over the observed components, mm; `None` when all are missing.
+    pub residual_mm: Option<f64>,
+}
+
+/// A limit that holds the answer back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ActiveLimit {
+    /// What it is: `zygomaticus_major_l <= 1`.
+    pub name: String,
+    /// How fast the objective would fall if the limit were relaxed, not negative.
+    pub multiplier: f64,
+    /// Unit of the multiplier: objective per unit of the limit, `1`, `1/mm` or `1/N`.
+    pub unit: &'static str,
+}
+
+/// Contact at the solution.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContactReport {
+    /// Number of candidate pairs.
+    pub pairs: usize,
+    /// Number of pairs that touch with a force.
+    pub active: usize,
+    /// Sum of the contact forces, N.
+    pub force_n: f64,
+    /// Deepest penetration beyond the rest overlap, mm.
+    pub max_penetration_mm: f64,
+    /// Objective minus the convex lower bound without complementarity, dimensionless.
+    pub relaxation_gap: f64,
+}
+
+/// How one feature was met.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FeatureFit {
+    /// Label.
+    pub name: String,
+    /// Length or signed component asked for, mm.
+    pub target_mm: f64,
+    /// That of the model, mm.
+    pub model_mm: f64,
+}
+
+/// Lengths of the marker residuals.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Residual {
+    /// Root mean square over the observed markers, mm.
+    pub rms_mm: f64,
+    /// The longest, mm.
+    pub max_mm: f64,
+}
+
+/// Activations by muscle.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Activations {
+    /// Names of the `m` muscles.
+    pub names: Vec<String>,
+    /// Activations (m), in [0, 1].
+    pub values: Vec<f64>,
+}
+
+impl Activations {
+    /// The activation of the muscle called `name`.
+    pub fn get(&self, name: &str) -> Option<f64> {
+        self.names.iter().position(|n| n == name).map(|k| self.values[k])
+    }
+}
+
+/// What the inverse found.
+///
+/// [`activations`](Self::activations) is empty when there is no answer at all: no data, or limits that
+/// contradict each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// How it ended; anything but [`Status::Solved`] is no answer.
+    pub status: Status,
+    /// Activations `a`.
+    pub activations: Activations,
+    /// Contact forces `lambda` (c), N; empty without contact reactions.
+    pub contact_forces: DVector<f64>,
+    /// Displacements `P u` of the observed points (d = 3p, point-major xyz), mm.
+    pub observed_mm: DVector<f64>,
+    /// `1/2 sum r^2` over all terms, dimensionless.
+    pub objective: f64,
+    /// Residuals of the markers.
+    pub residual: Residual,
+    /// Markers, in the target's order.
+    pub markers: Vec<MarkerFit>,
+    /// Features, in the target's order.
+    pub features: Vec<FeatureFit>,
+    /// Limits that hold the answer back, the strongest first.
+    pub active_limits: Vec<ActiveLimit>,
+    /// Contact.
+    pub contact: ContactReport,
+    /// Residuals of the program that was solved, with every contact in it.
+    pub certificate: Certificate,
+    /// Proof that the limits contradict each other, when they do.
+    pub infeasible: Option<Infeasible>,
+    /// What to look at before believing the answer.
+    pub warnings: Vec<Warning>,
+}

@@ -1,0 +1,213 @@
+//! From a posed problem to its solution.
+
+use std::collections::BTreeSet;
+
+use nalgebra::DVector;
+
+use super::descent::Landscape;
+use super::limit::Limit;
+use super::limits::TrustRegion;
+use super::piece::{Outcome, Piece};
+use super::pivot::{Failure, Found, Search};
+use super::problem::{ContactMode, InverseError, Problem};
+use super::program::Linearisation;
+use super::relaxation::lower_bound;
+use super::report;
+use super::solution::{Solution, Status};
+use super::term::{State, Term, objective};
+use super::terms::Damping;
+use crate::qp::{self, Answer, Certificate, Point, ProblemError};
+
+/// Relinearisations of nonlinear terms before giving up.
+const RELINEARISATIONS: usize = 200;
+/// Change of the activations at which the linearisation has settled.
+const SETTLED: f64 = 1e-12;
+/// Rise of the objective that is rounding: without it, damping would freeze the activations a square root
+/// of the rounding short of the optimum.
+const LEVEL: f64 = 1e-12;
+/// Activations to start from, as shares of their range, besides the contact-free optimum.
+const STARTS: [f64; 3] = [0.0, 0.5, 1.0];
+
+/// The best point of a linearised problem, or why there is none.
+pub(super) type Reached = Result<Found, Failure>;
+
+impl Problem {
+    /// Finds the activations.
+    ///
+    /// With contact reactions the answer is the best of the local optima reached from a few contact
+    /// states: no neighbouring state improves it, and
+    /// [`relaxation_gap`](super::ContactReport::relaxation_gap) bounds what any other could.
+    ///
+    /// # Errors
+    /// [`InverseError`] when the response is malformed. Limits that contradict each other, missing
+    /// data and a solver that stops short are no errors: see [`Status`].
+    pub fn solve(&self, mode: ContactMode) -> Result<Solution, InverseError> {
+        if !self.markers.is_empty()
+            && self.features.is_empty()
+            && self.markers.iter().all(|marker| marker.target_mm.iter().all(Option::is_none))
+        {
+            return Ok(report::empty(self, Status::NoData));
+        }
+        let mode = if self.contact.is_none() { ContactMode::Off } else { mode };
+        let rest = self.rest();
+        let mut found = match self.minimise(mode, &self.linearise(&rest), None, None)? {
+            Ok(found) => found,
+            Err(failure) => return Ok(self.failed(failure)),
+        };
+        let mut settled = true;
+        if self.terms.iter().any(|term| !term.is_linear()) {
+            (found, settled) = self.relinearise(mode, found)?;
+        }
+        let state = found.optimum.state.clone();
+        let terms = self.linearise(&state);
+        let (point, certificate) = self.certify(mode, &terms, &found)?;
+        let status = if certificate.passes() && settled && found.settled {
+            Status::Solved
+        } else {
+            Status::NotConverged
+        };
+        let bound = self.bound(mode, &terms, &found)?;
+        Ok(report::solution(self, mode, status, &found, &point, certificate, bound))
+    }
+
+    /// The convex lower bound of the linearised `terms`, where contact makes the problem nonconvex.
+    pub(super) fn bound(
+        &self,
+        mode: ContactMode,
+        terms: &Linearisation,
+        found: &Found,
+    ) -> Result<Option<f64>, ProblemError> {
+        let limits: [&dyn Limit; 2] = [&self.bounds, &self.tied];
+        match (mode, &self.contact) {
+            (ContactMode::Reactions, Some(contact)) => {
+                lower_bound(&self.space, contact, terms, &limits, &found.piece.key()).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    pub(super) fn failed(&self, failure: Failure) -> Solution {
+        match failure {
+            Failure::Infeasible(proof) => {
+                let mut solution = report::empty(self, Status::Infeasible);
+                // Without a proof of its own the piece only failed to contain its start.
+                if proof.is_none() {
+                    solution.status = Status::NotConverged;
+                }
+                solution.infeasible = proof;
+                solution
+            }
+            Failure::NotConverged => report::empty(self, Status::NotConverged),
+        }
+    }
+
+    /// The best point of the linearised `terms` within `trust`, near the contact state `warm` (the
+    /// touching contacts) when there is one.
+    pub(super) fn minimise(
+        &self,
+        mode: ContactMode,
+        terms: &Linearisation,
+        warm: Option<Vec<usize>>,
+        trust: Option<&TrustRegion>,
+    ) -> Result<Reached, ProblemError> {
+        let mut limits: Vec<&dyn Limit> = vec![&self.bounds, &self.tied];
+        limits.extend(trust.map(|t| t as &dyn Limit));
+        let free = Piece::without_contact(&self.space);
+        let contact = match (mode, &self.contact) {
+            (ContactMode::Off, _) | (_, None) => return self.only(free, terms, &limits),
+            (ContactMode::Kinematic, Some(contact)) => {
+                return self.only(Piece::new(&self.space, contact, []), terms, &limits);
+            }
+            (ContactMode::Reactions, Some(contact)) => contact,
+        };
+        let rest_objective = terms.residuals(&free.space).objective(&self.bounds.min);
+        let landscape = Landscape { space: &self.space, contact, terms, limits: &limits };
+        let mut search = Search::new(landscape, rest_objective);
+        if let Some(touching) = warm {
+            return search.near(touching);
+        }
+        let mut starts: Vec<DVector<f64>> = Vec::new();
+        match free.optimum(terms, &limits, &BTreeSet::new())? {
+            Outcome::Optimum(optimum) => starts.push(optimum.state.activation),
+            Outcome::Infeasible(proof) => return Ok(Err(Failure::Infeasible(proof))),
+            Outcome::NotConverged => {}
+        }
+        let range = &self.bounds.max - &self.bounds.min;
+        starts.extend(STARTS.map(|share| &self.bounds.min + &range * share));
+        search.best(&starts)
+    }
+
+    /// The optimum of a problem that has one piece.
+    fn only(
+        &self,
+        piece: Piece,
+        terms: &Linearisation,
+        limits: &[&dyn Limit],
+    ) -> Result<Reached, ProblemError> {
+        Ok(match piece.optimum(terms, limits, &BTreeSet::new())? {
+            Outcome::Optimum(optimum) => Ok(Found { piece, optimum: *optimum, settled: true }),
+            Outcome::Infeasible(proof) => Err(Failure::Infeasible(proof)),
+            Outcome::NotConverged => Err(Failure::NotConverged),
+        })
+    }
+
+    /// Gauss-Newton with Levenberg's damping: linearises the terms where the last answer left them until
+    /// the activations stay.
+    fn relinearise(&self, mode: ContactMode, mut found: Found) -> Result<(Found, bool), ProblemError> {
+        let mut value = objective(&self.terms, &found.optimum.state);
+        let mut damping = 0.0;
+        for _ in 0..RELINEARISATIONS {
+            let state = &found.optimum.state;
+            let proximal = Damping { weight: damping, centre: state.activation.clone() };
+            let terms = self.terms.iter().map(AsRef::as_ref).chain([&proximal as &dyn Term]);
+            let Ok(next) =
+                self.minimise(mode, &Linearisation::new(terms, state), Some(found.piece.key()), None)?
+            else {
+                return Ok((found, false));
+            };
+            let step = (&next.optimum.state.activation - &state.activation).amax();
+            let next_value = objective(&self.terms, &next.optimum.state);
+            if step <= SETTLED && damping == 0.0 {
+                return Ok((next, true));
+            }
+            if next_value <= value * (1.0 + LEVEL) {
+                (found, value) = (next, next_value);
+                damping =
+                    if damping < 1e-6 * self.curvature(&found.optimum.state) { 0.0 } else { 0.1 * damping };
+            } else {
+                damping = (10.0 * damping).max(1e-3 * self.curvature(state));
+            }
+        }
+        Ok((found, false))
+    }
+
+    /// Largest diagonal of the contact-free Hessian, the measure of the damping.
+    fn curvature(&self, state: &State) -> f64 {
+        let program = self.build(ContactMode::Off, &[], state);
+        program.problem.hessian.diagonal().amax()
+    }
+
+    /// The point of the full program, with every contact in it, and its certificate.
+    fn certify(
+        &self,
+        mode: ContactMode,
+        terms: &Linearisation,
+        found: &Found,
+    ) -> Result<(Point, Certificate), ProblemError> {
+        let touching = found.piece.touching.contacts();
+        let program = self.build_from(terms, mode, touching);
+        let mut point = match mode {
+            ContactMode::Reactions => found.piece.lifted(terms, &found.optimum),
+            ContactMode::Kinematic | ContactMode::Off => found.optimum.point.clone(),
+        };
+        let mut certificate = Certificate::of(&program.problem, &point);
+        if !certificate.passes()
+            && let Answer::Solved(better) | Answer::NotConverged(Some(better)) =
+                qp::refine(&program.problem, &point)?
+            && better.certificate.worst() < certificate.worst()
+        {
+            (point, certificate) = (better.point, better.certificate);
+        }
+        Ok((point, certificate))
+    }
+}

@@ -1,0 +1,149 @@
+//! What the inverse is asked for, by name, before any face is known.
+
+use crate::units::Vec3;
+
+/// A point of the face.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Place {
+    /// A landmark by name.
+    Landmark(String),
+    /// A rest position, mm, carried by the tissue nearest to it.
+    Point(Vec3),
+}
+
+/// Where a marker shall go; `None` is an unobserved component, not zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// Displacement from rest, mm.
+    Displacement([Option<f64>; 3]),
+    /// Position in the face frame, mm.
+    Position([Option<f64>; 3]),
+}
+
+impl Goal {
+    /// The observed components, mm.
+    pub fn observed(&self) -> impl Iterator<Item = f64> {
+        let (Self::Displacement(row) | Self::Position(row)) = self;
+        row.iter().copied().flatten()
+    }
+}
+
+/// An observed or wished-for marker.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Marker {
+    /// Label, unique in the target.
+    pub name: String,
+    /// Which point of the face it is.
+    pub at: Place,
+    /// Where it shall go.
+    pub goal: Goal,
+    /// Standard deviation, mm, positive: weight `1/sigma`.
+    pub sigma_mm: f64,
+}
+
+/// A coordinate axis of the face frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// The subject's left.
+    X,
+    /// Up.
+    Y,
+    /// Anterior.
+    Z,
+}
+
+impl Axis {
+    /// Its position in a vector, 0 to 2.
+    pub fn index(self) -> usize {
+        match self {
+            Self::X => 0,
+            Self::Y => 1,
+            Self::Z => 2,
+        }
+    }
+}
+
+/// What a feature shall measure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FeatureGoal {
+    /// The value itself, mm.
+    Value(f64),
+    /// Its change from rest, mm.
+    Change(f64),
+}
+
+/// A length between two points: the distance, or with an axis the signed component `to - from`
+/// along it (an aperture is `to` the upper `from` the lower stomion along y).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Feature {
+    /// Label, unique in the target.
+    pub name: String,
+    /// One end.
+    pub from: Place,
+    /// The other end.
+    pub to: Place,
+    /// Axis of a signed component; `None` is the distance.
+    pub axis: Option<Axis>,
+    /// What it shall be.
+    pub goal: FeatureGoal,
+    /// Standard deviation, mm, positive.
+    pub sigma_mm: f64,
+}
+
+/// Two points that shall move as mirror images in the mid-sagittal plane x = 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MirroredPair {
+    /// The subject's left point.
+    pub left: Place,
+    /// The subject's right point.
+    pub right: Place,
+    /// Standard deviation of the difference, mm, positive.
+    pub sigma_mm: f64,
+}
+
+/// Bounds of one activation, within [0, 1]; equal bounds fix the muscle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bound {
+    /// Muscle name.
+    pub muscle: String,
+    /// Least activation.
+    pub min: f64,
+    /// Greatest activation.
+    pub max: f64,
+}
+
+/// A result that a target file states for one face, with its tolerance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expected {
+    /// Name of the face.
+    pub face: String,
+    /// Root mean square of the residuals of markers and features, mm.
+    pub residual_rms_mm: f64,
+    /// How far the computed value may be from it, mm.
+    pub tolerance_mm: f64,
+}
+
+/// A target: the terms of the objective and the limits, by name.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Target {
+    /// Name, one word.
+    pub name: String,
+    /// One sentence.
+    pub description: String,
+    /// Where the figures come from.
+    pub provenance: String,
+    /// Markers.
+    pub markers: Vec<Marker>,
+    /// Features.
+    pub features: Vec<Feature>,
+    /// Mirrored pairs.
+    pub symmetry: Vec<MirroredPair>,
+    /// Weight `w` of the effort `w/2 sum a^2`, dimensionless, not negative.
+    pub effort: f64,
+    /// Bounds other than [0, 1].
+    pub bounds: Vec<Bound>,
+    /// Pairs of muscles whose activations are equal.
+    pub tied: Vec<[String; 2]>,
+    /// Results stated for known faces.
+    pub expected: Vec<Expected>,
+}

@@ -1,0 +1,39 @@
+//! What a term of the objective is.
+
+use nalgebra::DVector;
+
+/// Where the objective is linearised.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// Displacements `P u` of the observed points (d = 3p, point-major xyz), mm.
+    pub observed: DVector<f64>,
+    /// Activations `a` (m).
+    pub activation: DVector<f64>,
+}
+
+/// A residual and its derivatives, weighted and therefore dimensionless.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Row {
+    /// The residual at the state.
+    pub value: f64,
+    /// Derivative by the observed displacements: (row of `P u`, 1/mm).
+    pub observed: Vec<(usize, f64)>,
+    /// Derivative by the activations: (muscle, 1).
+    pub activation: Vec<(usize, f64)>,
+}
+
+/// A part of the objective: `1/2 sum r^2` over its residuals `r`.
+pub trait Term: std::fmt::Debug + Send + Sync {
+    /// The residuals at `state` with their derivatives.
+    fn rows(&self, state: &State) -> Vec<Row>;
+
+    /// Whether the derivatives are the same at every state.
+    fn is_linear(&self) -> bool {
+        true
+    }
+}
+
+/// `1/2 sum r^2` of `terms` at `state`.
+pub fn objective(terms: &[Box<dyn Term>], state: &State) -> f64 {
+    terms.iter().flat_map(|term| term.rows(state)).map(|row| 0.5 * row.value * row.value).sum()
+}

@@ -1,0 +1,97 @@
+//! What deserves a look before an answer is believed.
+
+use std::fmt;
+
+/// A doubt about a target or an answer; [`remedy`](Self::remedy) says what to do.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The markers fit far better with left and right exchanged.
+    SwappedSides {
+        /// Label pairs that were exchanged.
+        pairs: Vec<[String; 2]>,
+        /// Root mean square residual as given, mm.
+        residual_mm: f64,
+        /// Root mean square residual when exchanged, mm.
+        swapped_mm: f64,
+    },
+    /// A marker at exactly (0, 0, 0): often a missing value.
+    ExactZero {
+        /// Label.
+        marker: String,
+    },
+    /// A muscle that moves no observed point.
+    NoInfluence {
+        /// Muscle.
+        muscle: String,
+    },
+    /// Two muscles that move the observed points in the same way.
+    Indistinguishable {
+        /// One muscle.
+        muscle: String,
+        /// The other.
+        other: String,
+    },
+    /// Fewer observed components than free muscles, and no effort to decide.
+    Underdetermined {
+        /// Observed components.
+        components: usize,
+        /// Muscles that are not fixed.
+        muscles: usize,
+    },
+    /// The limits keep a marker more than three standard deviations away.
+    Unreachable {
+        /// The farthest marker.
+        marker: String,
+        /// Its residual, mm.
+        residual_mm: f64,
+        /// The limits that stop it, the strongest first.
+        limits: Vec<String>,
+    },
+}
+
+impl Warning {
+    /// What to do about it.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::SwappedSides { .. } => {
+                "exchange left and right, or the sign of x: _l is the subject's left, +x"
+            }
+            Self::ExactZero { .. } => "leave the component out if it is missing",
+            Self::NoInfluence { .. } => {
+                "its activation means nothing: observe points near it, or fix it at 0"
+            }
+            Self::Indistinguishable { .. } => {
+                "only their sum is determined: tie them, fix one, or add an effort"
+            }
+            Self::Underdetermined { .. } => "observe more points, fix muscles, or add an effort",
+            Self::Unreachable { .. } => "widen the limits, raise max_force_n, or check the target's scale",
+        }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SwappedSides { pairs, residual_mm, swapped_mm } => {
+                let pairs: Vec<String> = pairs.iter().map(|[l, r]| format!("{l}/{r}")).collect();
+                write!(
+                    f,
+                    "left and right look swapped ({}): residual {residual_mm:.3} mm as given, {swapped_mm:.3} mm exchanged",
+                    pairs.join(", ")
+                )
+            }
+            Self::ExactZero { marker } => write!(f, "marker {marker} is exactly (0, 0, 0)"),
+            Self::NoInfluence { muscle } => write!(f, "{muscle} moves no observed point"),
+            Self::Indistinguishable { muscle, other } => {
+                write!(f, "{muscle} and {other} move the observed points alike")
+            }
+            Self::Underdetermined { components, muscles } => {
+                write!(f, "{components} observed components cannot determine {muscles} muscles")
+            }
+            Self::Unreachable { marker, residual_mm, limits } => {
+                write!(f, "marker {marker} stays {residual_mm:.3} mm away, held by {}", limits.join(", "))
+            }
+        }
+    }
+}
