@@ -7,6 +7,7 @@ pub mod contact;
 pub mod face;
 pub mod forward;
 pub mod inverse;
+pub mod io;
 pub mod mesh;
 pub mod qp;
 pub mod units;

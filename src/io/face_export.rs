@@ -1,0 +1,227 @@
+//! Writes a face as a face file with its mesh, fibres, landmarks and teeth.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use super::{MeshFileError, VtuData, write_atomically, write_vtu};
+use crate::face::{Face, Muscle};
+use crate::mesh::{Mesh, Surface};
+
+/// A face cannot be written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FaceExportError {
+    /// The file system refuses.
+    #[error("{}: cannot be written: {reason}; give another folder", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        reason: std::io::Error,
+    },
+    /// The mesh cannot be written.
+    #[error(transparent)]
+    Mesh(#[from] MeshFileError),
+}
+
+/// Writes `face` to `folder` as `face.toml`, `mesh.vtu`, `fibres.csv`, `landmarks.csv` and one
+/// `teeth_*.obj` a tooth surface; the face file, which makes it a face, comes last. Lengths mm.
+///
+/// [`read_face`](super::read_face) gives the same face back, but for fibres resampled at 1 mm.
+///
+/// # Errors
+/// [`FaceExportError`] when the file system refuses.
+pub fn write_face(folder: &Path, face: &Face) -> Result<Vec<PathBuf>, FaceExportError> {
+    let refused = |path: &Path| {
+        let path = path.to_owned();
+        move |reason| FaceExportError::Write { path, reason }
+    };
+    std::fs::create_dir_all(folder).map_err(refused(folder))?;
+    let mesh = folder.join("mesh.vtu");
+    write_vtu(&mesh, &named_sets(face), &VtuData::default())?;
+    let mut files = vec![mesh];
+    let mut put = |name: &str, text: &str| {
+        let path = folder.join(name);
+        write_atomically(&path, text.as_bytes()).map_err(refused(&path))?;
+        files.push(path);
+        Ok::<_, FaceExportError>(())
+    };
+    for (k, teeth) in face.teeth.iter().enumerate() {
+        put(&teeth_file(face, k), &obj(&teeth.surface))?;
+    }
+    put("landmarks.csv", &landmarks(face))?;
+    put("fibres.csv", &fibres(face))?;
+    put("face.toml", &index(face))?;
+    Ok(files)
+}
+
+/// The mesh with every node set that the face file names.
+fn named_sets(face: &Face) -> Mesh {
+    let mut mesh = face.mesh.clone();
+    let named = [
+        ("skin", &face.skin),
+        ("mucosa", &face.mucosa),
+        ("upper_lip", &face.upper_lip),
+        ("lower_lip", &face.lower_lip),
+    ];
+    for (name, nodes) in named {
+        mesh.node_sets.insert(name.to_owned(), nodes.clone());
+    }
+    for support in &face.supports {
+        mesh.node_sets.insert(support.bone.clone(), support.nodes.clone());
+    }
+    mesh
+}
+
+fn teeth_file(face: &Face, k: usize) -> String {
+    let arch = arch(face.teeth[k].upper);
+    match face.teeth[..k].iter().filter(|t| t.upper == face.teeth[k].upper).count() {
+        0 => format!("teeth_{arch}.obj"),
+        before => format!("teeth_{arch}_{}.obj", before + 1),
+    }
+}
+
+fn arch(upper: bool) -> &'static str {
+    if upper { "upper" } else { "lower" }
+}
+
+fn obj(surface: &Surface) -> String {
+    let mut text = String::new();
+    for p in &surface.points {
+        let _ = writeln!(text, "v {:?} {:?} {:?}", p.x, p.y, p.z);
+    }
+    for [a, b, c] in &surface.triangles {
+        let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
+    }
+    text
+}
+
+fn landmarks(face: &Face) -> String {
+    let mut text = "landmark,x_mm,y_mm,z_mm\n".to_owned();
+    for landmark in &face.landmarks {
+        let p = landmark.site.position;
+        let _ = writeln!(text, "{},{:?},{:?},{:?}", landmark.name, p.x, p.y, p.z);
+    }
+    text
+}
+
+/// Name without the side, and the side: `l`, `r` or none.
+fn sided(muscle: &Muscle) -> (&str, &str) {
+    let name = muscle.name.as_str();
+    match (name.strip_suffix("_l"), name.strip_suffix("_r")) {
+        (Some(stem), _) => (stem, "l"),
+        (_, Some(stem)) => (stem, "r"),
+        _ => (name, ""),
+    }
+}
+
+fn fibres(face: &Face) -> String {
+    let mut text = "muscle,side,fibre,point,x_mm,y_mm,z_mm\n".to_owned();
+    for muscle in &face.muscles {
+        let (stem, side) = sided(muscle);
+        for (k, fibre) in muscle.fibres.iter().enumerate() {
+            for (i, p) in fibre.points.iter().enumerate() {
+                // Fibres are read in the order of their names.
+                let _ = writeln!(text, "{stem},{side},{k:04},{i},{:?},{:?},{:?}", p.x, p.y, p.z);
+            }
+        }
+    }
+    text
+}
+
+fn index(face: &Face) -> String {
+    let mut text = String::from("# A face: the index of its files. Lengths mm, forces N, moduli kPa.\n");
+    let name = toml::Value::String(face.name.clone());
+    let _ = writeln!(text, "name = {name}\nunit = \"mm\"\nmesh = \"mesh.vtu\"\nfibres = \"fibres.csv\"");
+    let _ = writeln!(text, "landmarks = \"landmarks.csv\"\nskin = \"skin\"");
+    let optional = [("mucosa", &face.mucosa), ("upper_lip", &face.upper_lip), ("lower_lip", &face.lower_lip)];
+    for (set, _) in optional.iter().filter(|(_, nodes)| !nodes.is_empty()) {
+        let _ = writeln!(text, "{set} = \"{set}\"");
+    }
+    let (passive, muscle) = (face.tissue, face.muscle_tissue);
+    let _ =
+        writeln!(text, "\n[tissue]\nyoung_kpa = {:?}\npoisson = {:?}", passive.young_kpa, passive.poisson);
+    let _ = writeln!(text, "\n[muscle_tissue]\nrest_kpa = {:?}", muscle.rest_kpa);
+    let _ = writeln!(text, "active_kpa = {:?}\npoisson = {:?}", muscle.active_kpa, muscle.poisson);
+    let _ = writeln!(text, "law = \"{}\"", muscle.law.name());
+    for support in &face.supports {
+        let _ = writeln!(text, "\n[[supports]]\nbone = \"{0}\"\nset = \"{0}\"", support.bone);
+    }
+    for (k, teeth) in face.teeth.iter().enumerate() {
+        let file = teeth_file(face, k);
+        let _ = writeln!(text, "\n[[teeth]]\narch = \"{}\"\nfile = \"{file}\"", arch(teeth.upper));
+    }
+    let mut k = 0;
+    while let Some(muscle) = face.muscles.get(k) {
+        let (stem, side) = sided(muscle);
+        let twin = face.muscles.get(k + 1).filter(|other| {
+            let like = |m: &Muscle| (m.max_force_n, m.radius_mm, m.area_mm2, m.insertion_mm);
+            let (other_stem, other_side) = sided(other);
+            other_stem == stem && ![side, other_side].contains(&"") && like(other) == like(muscle)
+        });
+        let sides: Vec<String> = [Some(muscle), twin]
+            .into_iter()
+            .flatten()
+            .map(|m| sided(m).1)
+            .filter(|side| !side.is_empty())
+            .map(|side| format!("\"{side}\""))
+            .collect();
+        let _ = writeln!(text, "\n[[muscles]]\nname = \"{stem}\"\nsides = [{}]", sides.join(", "));
+        let _ = writeln!(text, "max_force_n = {:?}\nradius_mm = {:?}", muscle.max_force_n, muscle.radius_mm);
+        if let Some(area_mm2) = muscle.area_mm2 {
+            let _ = writeln!(text, "area_mm2 = {area_mm2:?}");
+        }
+        let _ = writeln!(text, "insertion_mm = {:?}", muscle.insertion_mm);
+        if muscle.fibres.iter().any(|f| f.closed) {
+            text += "closed = true\n";
+        }
+        k += 1 + usize::from(twin.is_some());
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::face::standard;
+    use crate::face::standard::Resolution;
+    use crate::io::read_face;
+    use crate::units::Vec3;
+
+    #[test]
+    fn a_face_comes_back() {
+        let face = standard(&Resolution::COARSE);
+        let folder = tempfile::tempdir().expect("a folder");
+        let files = write_face(folder.path(), &face).expect("written");
+        assert_eq!(files.last().and_then(|f| f.file_name()), Some("face.toml".as_ref()));
+        let back = read_face(&folder.path().join("face.toml"), None).expect("a face").face;
+        assert_eq!(back.mesh.points, face.mesh.points);
+        assert_eq!(back.mesh.cells, face.mesh.cells);
+        assert_eq!((back.tissue, back.muscle_tissue), (face.tissue, face.muscle_tissue));
+        assert_eq!(back.supports, face.supports);
+        assert_eq!(
+            (&back.skin, &back.mucosa, &back.upper_lip, &back.lower_lip),
+            (&face.skin, &face.mucosa, &face.upper_lip, &face.lower_lip)
+        );
+        assert_eq!(back.teeth.len(), face.teeth.len());
+        assert_eq!(back.muscles.len(), face.muscles.len());
+        for (a, b) in back.muscles.iter().zip(&face.muscles) {
+            assert_eq!((&a.name, a.max_force_n, a.radius_mm), (&b.name, b.max_force_n, b.radius_mm));
+            assert_eq!(a.area_mm2, b.area_mm2);
+            assert_eq!(a.fibres.len(), b.fibres.len(), "{}", a.name);
+            for (f, g) in a.fibres.iter().zip(&b.fibres) {
+                assert_eq!(f.closed, g.closed, "{}", a.name);
+                let far = |p: &Vec3| g.points.iter().map(|q| (p - q).norm()).fold(f64::MAX, f64::min);
+                let farthest = f.points.iter().map(far).fold(0.0, f64::max);
+                assert!(farthest < 1.0, "{} {farthest}", a.name);
+            }
+        }
+        for (a, b) in back.landmarks.iter().zip(&face.landmarks) {
+            assert_eq!(a.name, b.name);
+            // A landmark in a warped quadrilateral is put on one of its two triangles.
+            assert!((a.site.position - b.site.position).norm() < 0.2, "{}", a.name);
+        }
+    }
+}

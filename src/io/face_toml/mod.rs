@@ -1,0 +1,332 @@
+//! Face files, `face.toml`.
+
+mod error;
+mod file;
+mod frame;
+mod landmarks;
+mod muscles;
+mod rows;
+mod sets;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::de::DeTable;
+
+pub use error::{FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWarningKind};
+
+use self::file::{FaceTable, MuscleTissueTable, TissueTable};
+use self::frame::Frame;
+use self::rows::read_text;
+use super::nearest::nearest;
+use super::schema::{pretty, toml_schema_of};
+use super::target_toml::line_of;
+use super::{FieldLines, Location, MeshFileError, read_mesh, read_obj};
+use crate::contact::closed_surface;
+use crate::face::{Face, FaceError, FaceWarning, MuscleLaw, MuscleTissue, Support, Teeth, Tissue};
+use crate::mesh::{Mesh, MeshError, validate_shape};
+use crate::units::LengthUnit;
+
+/// A face as its files state it.
+#[derive(Clone, Debug)]
+pub struct FaceDocument {
+    /// The face.
+    pub face: Face,
+    /// What is odd about the files and about the face.
+    pub warnings: Vec<FaceFileWarning>,
+    /// The files that were read, the face file first.
+    pub files: Vec<PathBuf>,
+}
+
+/// Reads the face file `path` and the files that it names, which lie in `base`, or without one in the folder
+/// that the file's own field `base` states relative to it, or else beside it.
+///
+/// # Errors
+/// [`FaceFileError`] when it is no face that can be computed with: it names file, line, field, value and
+/// remedy.
+pub fn read_face(path: &Path, base: Option<&Path>) -> Result<FaceDocument, FaceFileError> {
+    let text = read_text(path)?;
+    let root = DeTable::parse(&text).map_err(|e| not_toml(path, &text, &e))?;
+    let lines = FieldLines::of(path, &text, root.get_ref());
+    let table =
+        FaceTable::deserialize(toml::Deserializer::from(root)).map_err(|e| not_toml(path, &text, &e))?;
+    let beside = path.parent().unwrap_or(Path::new(""));
+    let own = table.base.as_ref().map_or_else(|| beside.to_owned(), |folder| beside.join(folder));
+    let base = base.map_or(own, Path::to_owned);
+    let mut reader =
+        Reader { path, lines: &lines, base, warnings: Vec::new(), muscle_fields: BTreeMap::new() };
+    let face = reader.face(&table)?;
+    reader.check(&table, &face)?;
+    let files = reader.files(&table);
+    Ok(FaceDocument { face, warnings: reader.warnings, files })
+}
+
+/// The JSON schema of face files, as in `schemas/face.schema.json`.
+pub fn face_schema() -> String {
+    pretty(&toml_schema_of::<FaceTable>())
+}
+
+/// One reading of one face file.
+struct Reader<'a> {
+    path: &'a Path,
+    lines: &'a FieldLines,
+    base: PathBuf,
+    warnings: Vec<FaceFileWarning>,
+    /// The table of each muscle, by the muscle's full name.
+    muscle_fields: BTreeMap<String, String>,
+}
+
+impl Reader<'_> {
+    fn face(&mut self, table: &FaceTable) -> Result<Face, FaceFileError> {
+        let Some(unit) = LengthUnit::parse(&table.unit) else {
+            return Err(self.unknown("unit", "unit", &table.unit, LengthUnit::NAMES));
+        };
+        let frame =
+            Frame::new(table.frame.as_ref(), unit).map_err(|(field, kind)| self.error(field, kind))?;
+        let (tissue, muscle_tissue) = self.tissues(table)?;
+        self.positive(table.max_projection_mm, "max_projection_mm")?;
+        let mesh = self.mesh(table, &frame, unit)?;
+        let optional = |name: &Option<String>, field| match name {
+            Some(name) => self.set(&mesh, name, field),
+            None => Ok(Vec::new()),
+        };
+        let skin = self.set(&mesh, &table.skin, "skin")?;
+        let mucosa = optional(&table.mucosa, "mucosa")?;
+        let upper_lip = optional(&table.upper_lip, "upper_lip")?;
+        let lower_lip = optional(&table.lower_lip, "lower_lip")?;
+        let supports = self.supports(table, &mesh)?;
+        let teeth = self.teeth(table, &frame, unit)?;
+        let landmarks = self.landmarks(table, &frame, &mesh, &skin)?;
+        let muscles = self.muscles(table, &frame, &mesh, &skin)?;
+        let name = table.name.clone();
+        Ok(Face {
+            name,
+            mesh,
+            tissue,
+            muscle_tissue,
+            supports,
+            muscles,
+            teeth,
+            mucosa,
+            upper_lip,
+            lower_lip,
+            skin,
+            landmarks,
+        })
+    }
+
+    /// The material constants, checked before anything costly is read.
+    fn tissues(&self, table: &FaceTable) -> Result<(Tissue, MuscleTissue), FaceFileError> {
+        let tissue = match &table.tissue {
+            Some(TissueTable { young_kpa, poisson }) => Tissue { young_kpa: *young_kpa, poisson: *poisson },
+            None => Tissue::default(),
+        };
+        let muscle = match &table.muscle_tissue {
+            Some(MuscleTissueTable { rest_kpa, active_kpa, poisson, law }) => {
+                let law = match law {
+                    None => MuscleLaw::default(),
+                    Some(name) => MuscleLaw::parse(name).ok_or_else(|| {
+                        self.unknown("muscle_tissue.law", "muscle law", name, MuscleLaw::NAMES)
+                    })?,
+                };
+                MuscleTissue { rest_kpa: *rest_kpa, active_kpa: *active_kpa, poisson: *poisson, law }
+            }
+            None => MuscleTissue::default(),
+        };
+        let errors = tissue.check().0.into_iter().chain(muscle.check().0);
+        errors.into_iter().next().map_or(Ok((tissue, muscle)), |error| Err(self.face_error(table, error)))
+    }
+
+    fn mesh(&self, table: &FaceTable, frame: &Frame, unit: LengthUnit) -> Result<Mesh, FaceFileError> {
+        let mut mesh = read_mesh(&self.path_of(&table.mesh), unit)
+            .map_err(|e| self.error("mesh", FaceFileErrorKind::Mesh(e)))?;
+        for p in &mut mesh.points {
+            *p = frame.point_in_mm(*p);
+        }
+        // Before anything is measured against it: a wrong unit would look like a far landmark.
+        validate_shape(&mesh).map_err(|e| self.mesh_error(table, e))?;
+        if let Some(file) = &table.node_sets {
+            self.add_json_sets(&self.path_of(file), &mut mesh)?;
+        }
+        self.add_selections(&table.select, &mut mesh)?;
+        Ok(mesh)
+    }
+
+    fn supports(&self, table: &FaceTable, mesh: &Mesh) -> Result<Vec<Support>, FaceFileError> {
+        let bones = ["skull", "maxilla", "mandible"];
+        let support = |(k, support): (usize, &file::SupportTable)| {
+            if !bones.contains(&support.bone.as_str()) {
+                return Err(self.unknown(&format!("supports[{k}].bone"), "bone", &support.bone, bones));
+            }
+            let nodes = self.set(mesh, &support.set, &format!("supports[{k}].set"))?;
+            Ok(Support { bone: support.bone.clone(), nodes })
+        };
+        table.supports.iter().enumerate().map(support).collect()
+    }
+
+    fn teeth(
+        &mut self,
+        table: &FaceTable,
+        frame: &Frame,
+        unit: LengthUnit,
+    ) -> Result<Vec<Teeth>, FaceFileError> {
+        let mut teeth = Vec::with_capacity(table.teeth.len());
+        for (k, arch) in table.teeth.iter().enumerate() {
+            let field = format!("teeth[{k}].file");
+            let upper = match arch.arch.as_str() {
+                "upper" => true,
+                "lower" => false,
+                other => {
+                    let field = format!("teeth[{k}].arch");
+                    return Err(self.unknown(&field, "arch", other, ["upper", "lower"]));
+                }
+            };
+            let mut surface = read_obj(&self.path_of(&arch.file), unit)
+                .map_err(|e| self.error(&field, FaceFileErrorKind::Mesh(e)))?;
+            for p in &mut surface.points {
+                *p = frame.point_in_mm(*p);
+            }
+            let (surface, warnings) = closed_surface(&surface, arch.cap_holes)
+                .map_err(|e| self.error(&field, FaceFileErrorKind::Teeth(e)))?;
+            for warning in warnings {
+                let (location, kind) = (self.location(&field), FaceFileWarningKind::Teeth(warning));
+                self.warnings.push(FaceFileWarning { location, kind });
+            }
+            teeth.push(Teeth { upper, surface });
+        }
+        Ok(teeth)
+    }
+
+    fn check(&mut self, table: &FaceTable, face: &Face) -> Result<(), FaceFileError> {
+        let (errors, warnings) = face.check();
+        if let Some(error) = errors.into_iter().next() {
+            return Err(self.face_error(table, error));
+        }
+        for warning in warnings {
+            match warning {
+                FaceWarning::Mesh(odd) => {
+                    let location = Location::file(self.path_of(&table.mesh));
+                    self.warnings.push(FaceFileWarning { location, kind: FaceFileWarningKind::Mesh(odd) });
+                }
+                warning => {
+                    let field = self.field_of(&warning);
+                    self.warn(&field, warning);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn mesh_error(&self, table: &FaceTable, error: MeshError) -> FaceFileError {
+        let error = MeshFileError::invalid(self.path_of(&table.mesh), error);
+        self.error("mesh", FaceFileErrorKind::Mesh(error))
+    }
+
+    fn face_error(&self, table: &FaceTable, error: FaceError) -> FaceFileError {
+        let of = |muscle: &String| self.muscle_fields.get(muscle).cloned().unwrap_or_default();
+        let field = match &error {
+            FaceError::Mesh(error) => return self.mesh_error(table, error.clone()),
+            FaceError::Modulus { field, .. } | FaceError::Poisson { field, .. } => (*field).to_owned(),
+            FaceError::UnstableMuscle { .. } => "muscle_tissue.active_kpa".to_owned(),
+            FaceError::MuscleNumber { muscle, field, .. } => format!("{}.{field}", of(muscle)),
+            FaceError::NoTissue { muscle, .. } => format!("{}.radius_mm", of(muscle)),
+            FaceError::DuplicateName { muscle }
+            | FaceError::NoFibre { muscle }
+            | FaceError::ZeroLength { muscle, .. }
+            | FaceError::OutsideMesh { muscle, .. } => format!("{}.name", of(muscle)),
+            FaceError::MissingNode { set, .. } => set.clone(),
+        };
+        self.error(&field, FaceFileErrorKind::Face(error))
+    }
+
+    fn field_of(&self, warning: &FaceWarning) -> String {
+        let of = |muscle: &String| self.muscle_fields.get(muscle).cloned().unwrap_or_default();
+        match warning {
+            FaceWarning::ImplausibleModulus { field, .. } => (*field).to_owned(),
+            FaceWarning::SofterWhenActive { .. } => "muscle_tissue".to_owned(),
+            FaceWarning::FlippedFibres { muscle, .. } => format!("{}.origin", of(muscle)),
+            FaceWarning::AllInsertion { muscle, .. } => format!("{}.insertion_mm", of(muscle)),
+            FaceWarning::SameFibres { second, .. } => format!("{}.name", of(second)),
+            FaceWarning::Projected { muscle, .. } => format!("{}.name", of(muscle)),
+            FaceWarning::RestOverlap(_) => "teeth".to_owned(),
+            FaceWarning::Mesh(_) => "mesh".to_owned(),
+        }
+    }
+
+    fn files(&self, table: &FaceTable) -> Vec<PathBuf> {
+        let optional = [&table.node_sets, &table.landmarks, &table.fibres];
+        let muscles = table.muscles.iter().filter_map(|m| m.file.as_ref());
+        let named = std::iter::once(&table.mesh)
+            .chain(optional.into_iter().flatten())
+            .chain(muscles)
+            .chain(table.teeth.iter().map(|t| &t.file));
+        let mut files = vec![self.path.to_owned()];
+        for file in named.map(|file| self.path_of(file)) {
+            if !files.contains(&file) {
+                files.push(file);
+            }
+        }
+        files
+    }
+
+    fn location(&self, field: &str) -> Location {
+        self.lines.location(field)
+    }
+
+    fn error(&self, field: &str, kind: FaceFileErrorKind) -> FaceFileError {
+        FaceFileError::new(self.location(field), kind)
+    }
+
+    fn warn(&mut self, field: &str, warning: FaceWarning) {
+        let (location, kind) = (self.location(field), FaceFileWarningKind::Face(warning));
+        self.warnings.push(FaceFileWarning { location, kind });
+    }
+
+    fn unknown<'k>(
+        &self,
+        field: &str,
+        what: &'static str,
+        name: &str,
+        known: impl IntoIterator<Item = &'k str>,
+    ) -> FaceFileError {
+        let known: Vec<&str> = known.into_iter().collect();
+        let nearest = nearest(name, known.iter().copied()).map(str::to_owned);
+        let known = known.into_iter().map(str::to_owned).collect();
+        self.error(field, FaceFileErrorKind::UnknownName { what, name: name.to_owned(), nearest, known })
+    }
+
+    fn positive(&self, value: f64, field: &str) -> Result<f64, FaceFileError> {
+        if value > 0. && value.is_finite() {
+            return Ok(value);
+        }
+        let accepted = "a positive number".to_owned();
+        Err(self.error(field, FaceFileErrorKind::Value { value: value.to_string(), accepted }))
+    }
+}
+
+/// What the parser refuses; it states unknown and missing fields in words, `` unknown field `a`, expected
+/// one of `b`, `c` ``.
+fn not_toml(path: &Path, text: &str, error: &toml::de::Error) -> FaceFileError {
+    let line = line_of(text, error.span().map_or(0, |s| s.start));
+    let at = Location::file(path).at_line(line);
+    let message = error.message();
+    let mut quoted = message.split('`').skip(1).step_by(2).map(str::to_owned);
+    let (at, kind) = match quoted.next() {
+        Some(field) if message.starts_with("unknown field") => {
+            let known: Vec<String> = quoted.collect();
+            let nearest = nearest(&field, known.iter().map(String::as_str)).map(str::to_owned);
+            (at.in_field(field.clone()), FaceFileErrorKind::UnknownField { field, nearest, known })
+        }
+        Some(field) if message.starts_with("missing field") => {
+            let hint = match field.as_str() {
+                "unit" => "state the unit of the named files: `unit = \"mm\"`, \"cm\" or \"m\"",
+                _ => "schemas/face.schema.json says what it means",
+            };
+            let hint = hint.to_owned();
+            (at.in_field(field.clone()), FaceFileErrorKind::MissingField { field, hint })
+        }
+        _ => (at, FaceFileErrorKind::Syntax { reason: message.to_owned() }),
+    };
+    FaceFileError::new(at, kind)
+}

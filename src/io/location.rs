@@ -1,0 +1,61 @@
+//! Where in a file something is wrong.
+
+use std::fmt;
+use std::path::PathBuf;
+
+/// A place in an input file, printed as `face.msh:12: field nodes` or `face.vtu: byte 120`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Location {
+    /// The file.
+    pub file: PathBuf,
+    /// Line, from 1.
+    pub line: Option<usize>,
+    /// Byte offset, from 0, for binary files.
+    pub byte: Option<usize>,
+    /// Field, column, key or section.
+    pub field: Option<String>,
+}
+
+impl Location {
+    /// The file as a whole.
+    pub fn file(file: impl Into<PathBuf>) -> Self {
+        Self { file: file.into(), ..Self::default() }
+    }
+
+    /// The same file at line `line` (from 1).
+    #[must_use]
+    pub fn at_line(mut self, line: usize) -> Self {
+        self.line = Some(line);
+        self
+    }
+
+    /// The same file at byte `byte` (from 0).
+    #[must_use]
+    pub fn at_byte(mut self, byte: usize) -> Self {
+        self.byte = Some(byte);
+        self
+    }
+
+    /// The same place, in field `field`.
+    #[must_use]
+    pub fn in_field(mut self, field: impl Into<String>) -> Self {
+        self.field = Some(field.into());
+        self
+    }
+}
+
+impl fmt::Display for Location {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        if let Some(byte) = self.byte {
+            write!(f, ": byte {byte}")?;
+        }
+        match &self.field {
+            Some(field) => write!(f, ": {field}"),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! File formats: everything that is read from or written to disk.
+
+mod answer;
+mod atomic;
+mod face_export;
+mod face_toml;
+mod inp;
+mod location;
+mod map_npz;
+mod mesh_file;
+mod mesh_file_error;
+mod msh;
+mod nearest;
+mod nonlinear_json;
+mod numbered;
+mod obj;
+mod schema;
+mod sha256;
+mod solution_json;
+mod target_toml;
+mod text;
+mod vtu;
+
+pub use answer::{AnswerFileError, AnswerFiles, read_answer};
+pub use atomic::write_atomically;
+pub use face_export::{FaceExportError, write_face};
+pub use face_toml::{
+    FaceDocument, FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWarningKind, face_schema,
+    read_face,
+};
+pub use location::Location;
+pub use map_npz::{MapFileError, MapNpz};
+pub use mesh_file::read_mesh;
+pub use mesh_file_error::{MAX_ID, MeshFileError, MeshFileErrorKind};
+pub use nearest::nearest;
+pub use nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
+pub use obj::read_obj;
+pub use sha256::{FingerprintError, sha256, sha256_of_file};
+pub use solution_json::{
+    CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, MarkerJson, ResidualJson,
+    SolutionJson, StatusWord, solution_schema,
+};
+pub use target_toml::{
+    FieldLines, TargetDocument, TargetFileError, TargetWarning, parse_target, read_target, target_schema,
+};
+pub use vtu::{VtuData, write_vtu};

@@ -1,0 +1,242 @@
+//! Answers, `solution.json`.
+
+use std::collections::BTreeMap;
+
+use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, Schema};
+use serde::Serialize;
+
+use super::nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
+use crate::inverse::{ActiveLimit, ContactReport, FeatureFit, MarkerFit, Status};
+use crate::qp::Certificate;
+
+/// An answer as `solution.json` states it. Lengths mm, forces N, times s; byte-identical from run to
+/// run apart from `timings_s`.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(title = "Modiolus solution", deny_unknown_fields)]
+pub struct SolutionJson {
+    /// How the fit ended; only "solved" is an answer.
+    pub status: StatusWord,
+    /// How the stiffness of the muscles was taken: "activated" or "fixed=A".
+    pub stiffness: String,
+    /// Activation of each muscle, 0 to 1.
+    pub activations: BTreeMap<String, f64>,
+    /// Size of the marker residuals, mm; null when there is no observed marker.
+    pub residual_mm: ResidualJson,
+    /// How each marker was met.
+    pub markers: Vec<MarkerJson>,
+    /// How each feature was met.
+    pub features: Vec<FeatureJson>,
+    /// The limits that hold the answer back.
+    pub active_limits: Vec<LimitJson>,
+    /// Contact at the answer; null when contact is off.
+    pub contact: Option<ContactJson>,
+    /// Residuals of the program, recomputed from it; null when there is no point to compute them at.
+    pub certificate: Option<CertificateJson>,
+    /// What the target file states for this face; null when it states nothing, or when stiffness or contact
+    /// are not the defaults that it holds for.
+    pub expected: Option<ExpectedJson>,
+    /// How far the answer strains and turns the tissue; null when there is none.
+    pub deformation: Option<DeformationJson>,
+    /// The quadratic programs of a nonlinear fit, in order.
+    pub steps: Vec<StepJson>,
+    /// How far the answer at fixed stiffness was from the nonlinear one; null when there is only one.
+    pub linear_answer: Option<LinearJson>,
+    /// Other local solutions: where there are any, the target does not determine the activations.
+    pub other_solutions: Vec<OtherJson>,
+    /// What is odd about the target or the answer, each with its remedy.
+    pub warnings: Vec<String>,
+    /// What is odd about the face, each with its remedy.
+    pub face_warnings: Vec<String>,
+    /// Wall time of each step, s.
+    pub timings_s: BTreeMap<String, f64>,
+    /// The face: "standard", or the path of its face.toml as given.
+    pub face: String,
+    /// SHA-256 of each input file, by its name on the command line.
+    pub inputs: BTreeMap<String, String>,
+    /// Version of the program.
+    pub version: String,
+}
+
+/// How a fit ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StatusWord {
+    /// The certificate passes.
+    Solved,
+    /// The limits contradict each other.
+    Infeasible,
+    /// The solver stopped short of the tolerance.
+    NotConverged,
+    /// Nothing to fit.
+    NoData,
+}
+
+impl From<Status> for StatusWord {
+    fn from(status: Status) -> Self {
+        match status {
+            Status::Solved => Self::Solved,
+            Status::Infeasible => Self::Infeasible,
+            Status::NotConverged => Self::NotConverged,
+            Status::NoData => Self::NoData,
+        }
+    }
+}
+
+/// What a target file states for a face, and whether the answer agrees.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct ExpectedJson {
+    /// Root mean square of the residuals of markers and features that the file states, mm.
+    pub residual_rms_mm: f64,
+    /// How far the computed value may be from it, mm.
+    pub tolerance_mm: f64,
+    /// The computed value, mm.
+    pub found_rms_mm: f64,
+    /// Whether it is within the tolerance.
+    pub met: bool,
+}
+
+/// Size of the marker residuals, mm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct ResidualJson {
+    /// Root mean square over the markers.
+    pub rms: Option<f64>,
+    /// Largest.
+    pub max: Option<f64>,
+}
+
+/// How one marker was met.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct MarkerJson {
+    /// Label.
+    pub name: String,
+    /// Displacement asked for, mm; null is a component that was not observed.
+    pub target_mm: [Option<f64>; 3],
+    /// Displacement of the model, mm.
+    pub model_mm: [f64; 3],
+    /// Length of the difference over the observed components, mm; null when there is none.
+    pub residual_mm: Option<f64>,
+}
+
+impl From<&MarkerFit> for MarkerJson {
+    fn from(fit: &MarkerFit) -> Self {
+        Self {
+            name: fit.name.clone(),
+            target_mm: fit.target_mm,
+            model_mm: fit.model_mm.into(),
+            residual_mm: fit.residual_mm,
+        }
+    }
+}
+
+/// How one feature was met.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct FeatureJson {
+    /// Label.
+    pub name: String,
+    /// Length asked for, mm.
+    pub target_mm: f64,
+    /// Length in the model, mm.
+    pub model_mm: f64,
+    /// Size of the difference, mm.
+    pub residual_mm: f64,
+}
+
+impl From<&FeatureFit> for FeatureJson {
+    fn from(fit: &FeatureFit) -> Self {
+        let (target_mm, model_mm) = (fit.target_mm, fit.model_mm);
+        Self { name: fit.name.clone(), target_mm, model_mm, residual_mm: (model_mm - target_mm).abs() }
+    }
+}
+
+/// A limit that holds the answer back.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct LimitJson {
+    /// What it is, `risorius_l <= 1`.
+    pub name: String,
+    /// How fast the objective falls when the limit is relaxed, not negative.
+    pub multiplier: f64,
+    /// Unit of the multiplier: objective per unit of the limit.
+    pub unit: String,
+}
+
+impl From<&ActiveLimit> for LimitJson {
+    fn from(limit: &ActiveLimit) -> Self {
+        Self { name: limit.name.clone(), multiplier: limit.multiplier, unit: limit.unit.to_owned() }
+    }
+}
+
+/// Contact at the answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct ContactJson {
+    /// Number of candidate pairs.
+    pub pairs: usize,
+    /// Number of pairs that touch with a force.
+    pub active: usize,
+    /// Sum of the contact forces, N.
+    pub force_n: f64,
+    /// Deepest penetration beyond the rest overlap, mm, of the linearised gaps.
+    pub max_penetration_mm: f64,
+    /// Deepest overlap beyond that at rest, mm, measured on the surfaces of the deformed face; null when
+    /// it was not measured.
+    pub overlap_mm: Option<f64>,
+    /// Objective minus the convex lower bound without complementarity, no unit.
+    pub relaxation_gap: f64,
+}
+
+impl From<&ContactReport> for ContactJson {
+    fn from(contact: &ContactReport) -> Self {
+        Self {
+            pairs: contact.pairs,
+            active: contact.active,
+            force_n: contact.force_n,
+            max_penetration_mm: contact.max_penetration_mm,
+            overlap_mm: None,
+            relaxation_gap: contact.relaxation_gap,
+        }
+    }
+}
+
+/// Residuals of the program, recomputed from it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct CertificateJson {
+    /// Largest violation of a constraint.
+    pub primal: f64,
+    /// Largest component of the stationarity residual.
+    pub dual: f64,
+    /// Difference between primal and dual objective.
+    pub gap: f64,
+}
+
+impl From<&Certificate> for CertificateJson {
+    fn from(certificate: &Certificate) -> Self {
+        Self { primal: certificate.primal, dual: certificate.dual, gap: certificate.gap }
+    }
+}
+
+impl SolutionJson {
+    /// The text of the file, with a final newline.
+    ///
+    /// Keys stand in the order of the fields, names in alphabetical order, and every number in the
+    /// shortest form that reads back to the same bits. A number that is not finite becomes null.
+    ///
+    /// # Errors
+    /// When the text cannot be put together, which no value of the fields brings about.
+    pub fn to_text(&self) -> Result<String, serde_json::Error> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
+    }
+}
+
+/// The JSON schema of answers, as in `schemas/solution.schema.json`.
+pub fn solution_schema() -> String {
+    let settings = SchemaSettings::draft2020_12().for_serialize();
+    let schema: Schema = super::schema::schema_of::<SolutionJson>(settings);
+    super::schema::pretty(&schema)
+}

@@ -1,0 +1,332 @@
+//! From the tables of a target file to a target, with every value checked.
+
+use std::collections::BTreeMap;
+
+use super::error::{TargetFileError, TargetWarning};
+use super::file::{
+    AxisName, BoundTable, Component, FeatureTable, MarkerTable, PlaceValue, SymmetryTable, TargetTable,
+};
+use super::lines::FieldLines;
+use crate::inverse::{
+    Axis, Bound, Expected, Feature, FeatureGoal, Goal, Marker, MirroredPair, Place, Target,
+};
+use crate::io::Location;
+use crate::units::Vec3;
+
+/// Skin never moves farther than this, mm: the widest jaw opening carries the chin about 60 mm.
+const LARGEST_DISPLACEMENT_MM: f64 = 100.0;
+/// When nothing moves farther than this, mm, the figures are in metres.
+const SMALLEST_DISPLACEMENT_MM: f64 = 0.05;
+/// No point of a head is farther from the stomion than this, mm.
+const LARGEST_POSITION_MM: f64 = 500.0;
+/// When several points all lie within this of the stomion, mm, the figures are in metres.
+const SMALLEST_POSITION_MM: f64 = 0.5;
+
+type Checked<T> = Result<T, TargetFileError>;
+
+/// Checks one file; keeps the lines for messages and collects the warnings.
+pub(super) struct Checker<'a> {
+    pub(super) lines: &'a FieldLines,
+    pub(super) warnings: Vec<TargetWarning>,
+    labels: BTreeMap<String, String>,
+}
+
+impl<'a> Checker<'a> {
+    pub(super) fn new(lines: &'a FieldLines) -> Self {
+        Self { lines, warnings: Vec::new(), labels: BTreeMap::new() }
+    }
+
+    pub(super) fn target(&mut self, table: TargetTable) -> Checked<Target> {
+        self.named("name", &table.name)?;
+        let markers = self.each("markers", &table.markers, Self::marker)?;
+        self.scale(&markers)?;
+        Ok(Target {
+            markers,
+            features: self.each("features", &table.features, Self::feature)?,
+            symmetry: self.each("symmetry", &table.symmetry, Self::symmetry)?,
+            effort: self.not_negative("effort", table.effort)?,
+            bounds: self.bounds(&table.bounds)?,
+            tied: self.each("tied", &table.tied, Self::tied)?,
+            expected: self.each("expected", &table.expected, |check, at, e| {
+                check.named(&format!("{at}.face"), &e.face)?;
+                Ok(Expected {
+                    face: e.face.clone(),
+                    residual_rms_mm: check
+                        .not_negative(&format!("{at}.residual_rms_mm"), e.residual_rms_mm)?,
+                    tolerance_mm: check.positive(&format!("{at}.tolerance_mm"), e.tolerance_mm)?,
+                })
+            })?,
+            name: table.name,
+            description: table.description,
+            provenance: table.provenance,
+        })
+    }
+
+    fn each<T, U>(
+        &mut self,
+        list: &str,
+        tables: &[T],
+        one: impl Fn(&mut Self, &str, &T) -> Checked<U>,
+    ) -> Checked<Vec<U>> {
+        tables.iter().enumerate().map(|(i, table)| one(self, &format!("{list}[{i}]"), table)).collect()
+    }
+
+    fn marker(&mut self, at: &str, table: &MarkerTable) -> Checked<Marker> {
+        let place = match (&table.landmark, table.point_mm) {
+            (Some(_), Some(_)) => return Err(self.both(at, "landmark", "point_mm")),
+            (None, None) => return Err(self.neither(at, "landmark", "point_mm")),
+            (Some(name), None) => PlaceValue::Landmark(name.clone()),
+            (None, Some(point)) => PlaceValue::Point(point),
+        };
+        let (key, name) = match (&table.name, &place) {
+            (Some(name), _) => ("name", name.clone()),
+            (None, PlaceValue::Landmark(name)) => ("landmark", name.clone()),
+            (None, PlaceValue::Point(_)) => return Err(self.missing(at, "name", "a label for this point")),
+        };
+        self.label(&format!("{at}.{key}"), &name)?;
+        let field = if matches!(place, PlaceValue::Landmark(_)) { "landmark" } else { "point_mm" };
+        let marker_at = self.place(&format!("{at}.{field}"), &place)?;
+        let goal = match (table.displacement_mm, table.position_mm) {
+            (Some(_), Some(_)) => return Err(self.both(at, "displacement_mm", "position_mm")),
+            (None, Some(p)) => Goal::Position(self.components(&format!("{at}.position_mm"), p)?),
+            (Some(d), None) => {
+                let field = format!("{at}.displacement_mm");
+                let d = self.components(&field, d)?;
+                if d == [Some(0.0); 3] {
+                    let at = self.lines.location(&field);
+                    self.warnings.push(TargetWarning::ZeroMarker { at, name: name.clone() });
+                }
+                Goal::Displacement(d)
+            }
+            (None, None) => Goal::Displacement([None; 3]),
+        };
+        if goal.observed().count() == 0 {
+            let at = self.lines.location(at);
+            self.warnings.push(TargetWarning::MissingMarker { at, name: name.clone() });
+        }
+        let sigma_mm = self.positive(&format!("{at}.sigma_mm"), table.sigma_mm)?;
+        Ok(Marker { name, at: marker_at, goal, sigma_mm })
+    }
+
+    fn feature(&mut self, at: &str, table: &FeatureTable) -> Checked<Feature> {
+        let name = match &table.name {
+            Some(name) => name.clone(),
+            None => format!("{} to {}", table.from, table.to),
+        };
+        let key = if table.name.is_some() { "name" } else { "from" };
+        self.label(&format!("{at}.{key}"), &name)?;
+        let from = self.place(&format!("{at}.from"), &table.from)?;
+        let to = self.place(&format!("{at}.to"), &table.to)?;
+        self.differ(at, ("from", &table.from), ("to", &table.to))?;
+        let axis = table.axis.map(|a| match a {
+            AxisName::X => Axis::X,
+            AxisName::Y => Axis::Y,
+            AxisName::Z => Axis::Z,
+        });
+        let goal = match (table.value_mm, table.change_mm) {
+            (Some(_), Some(_)) => return Err(self.both(at, "value_mm", "change_mm")),
+            (None, None) => return Err(self.neither(at, "value_mm", "change_mm")),
+            (Some(value), None) => {
+                let field = format!("{at}.value_mm");
+                self.length(&field, value)?;
+                if axis.is_none() {
+                    self.not_negative(&field, value)?;
+                }
+                FeatureGoal::Value(value)
+            }
+            (None, Some(change)) => FeatureGoal::Change(self.length(&format!("{at}.change_mm"), change)?),
+        };
+        let sigma_mm = self.positive(&format!("{at}.sigma_mm"), table.sigma_mm)?;
+        Ok(Feature { name, from, to, axis, goal, sigma_mm })
+    }
+
+    fn symmetry(&mut self, at: &str, table: &SymmetryTable) -> Checked<MirroredPair> {
+        let left = self.place(&format!("{at}.left"), &table.left)?;
+        let right = self.place(&format!("{at}.right"), &table.right)?;
+        self.differ(at, ("left", &table.left), ("right", &table.right))?;
+        let sigma_mm = self.positive(&format!("{at}.sigma_mm"), table.sigma_mm)?;
+        Ok(MirroredPair { left, right, sigma_mm })
+    }
+
+    fn bounds(&mut self, tables: &[BoundTable]) -> Checked<Vec<Bound>> {
+        let mut first: BTreeMap<&str, usize> = BTreeMap::new();
+        for (i, table) in tables.iter().enumerate() {
+            let field = format!("bounds[{i}].muscle");
+            self.named(&field, &table.muscle)?;
+            if let Some(before) = first.insert(&table.muscle, i) {
+                return Err(TargetFileError::Duplicate {
+                    at: self.at(&field),
+                    value: table.muscle.clone(),
+                    first_line: self.first_line(&format!("bounds[{before}].muscle")),
+                });
+            }
+        }
+        self.each("bounds", tables, |check, at, table| {
+            let min = check.fraction(&format!("{at}.min"), table.min.unwrap_or(0.0))?;
+            let max = check.fraction(&format!("{at}.max"), table.max.unwrap_or(1.0))?;
+            if min > max {
+                let muscle = table.muscle.clone();
+                return Err(TargetFileError::BoundsCrossed { at: check.at(at), muscle, min, max });
+            }
+            Ok(Bound { muscle: table.muscle.clone(), min, max })
+        })
+    }
+
+    fn tied(&mut self, at: &str, [first, second]: &[String; 2]) -> Checked<[String; 2]> {
+        self.named(&format!("{at}[0]"), first)?;
+        self.named(&format!("{at}[1]"), second)?;
+        if first == second {
+            let (at, value) = (self.at(at), first.clone());
+            return Err(TargetFileError::Same { at, first: "the first", second: "the second", value });
+        }
+        Ok([first.clone(), second.clone()])
+    }
+
+    /// Refuses markers whose size shows that the file is not in millimetres.
+    fn scale(&self, markers: &[Marker]) -> Checked<()> {
+        let sizes = |of: fn(&Goal) -> bool| -> Vec<(usize, f64)> {
+            let chosen = markers.iter().enumerate().filter(|(_, m)| of(&m.goal));
+            chosen.map(|(i, m)| (i, m.goal.observed().map(f64::abs).fold(0.0, f64::max))).collect()
+        };
+        let moves = sizes(|g| matches!(g, Goal::Displacement(_)));
+        let stands = sizes(|g| matches!(g, Goal::Position(_)));
+        let wrong = |i: usize, key: &str, value: f64, problem: &'static str| {
+            Err(TargetFileError::Scale { at: self.at(&format!("markers[{i}].{key}")), value, problem })
+        };
+        if let Some(&(i, size)) = moves.iter().find(|(_, s)| *s > LARGEST_DISPLACEMENT_MM) {
+            return wrong(i, "displacement_mm", size, "is more than the 100 mm that skin can move");
+        }
+        if let Some(&(i, size)) = stands.iter().find(|(_, s)| *s > LARGEST_POSITION_MM) {
+            return wrong(i, "position_mm", size, "is more than the 500 mm of a head");
+        }
+        let largest = |sizes: &[(usize, f64)]| sizes.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((i, size)) = largest(&moves)
+            && (0.0 < size && size < SMALLEST_DISPLACEMENT_MM)
+        {
+            return wrong(i, "displacement_mm", size, "is the largest displacement, under 0.05 mm");
+        }
+        if let Some((i, size)) = largest(&stands)
+            && stands.len() > 1
+            && (0.0 < size && size < SMALLEST_POSITION_MM)
+        {
+            return wrong(i, "position_mm", size, "is the largest coordinate, under 0.5 mm");
+        }
+        Ok(())
+    }
+
+    fn place(&self, field: &str, value: &PlaceValue) -> Checked<Place> {
+        match value {
+            PlaceValue::Landmark(name) => {
+                self.named(field, name)?;
+                Ok(Place::Landmark(name.clone()))
+            }
+            PlaceValue::Point(point) => {
+                for (k, &x) in point.iter().enumerate() {
+                    self.length(&format!("{field}[{k}]"), x)?;
+                }
+                Ok(Place::Point(Vec3::from(*point)))
+            }
+        }
+    }
+
+    fn components(&self, field: &str, row: [Component; 3]) -> Checked<[Option<f64>; 3]> {
+        for (k, component) in row.iter().enumerate() {
+            if let Some(x) = component.0 {
+                self.finite(&format!("{field}[{k}]"), x)?;
+            }
+        }
+        Ok(row.map(|c| c.0))
+    }
+
+    fn label(&mut self, field: &str, name: &str) -> Checked<()> {
+        self.named(field, name)?;
+        match self.labels.insert(name.to_owned(), field.to_owned()) {
+            None => Ok(()),
+            Some(first) => Err(TargetFileError::Duplicate {
+                at: self.at(field),
+                value: name.to_owned(),
+                first_line: self.first_line(&first),
+            }),
+        }
+    }
+
+    fn differ(
+        &self,
+        at: &str,
+        a: (&'static str, &PlaceValue),
+        b: (&'static str, &PlaceValue),
+    ) -> Checked<()> {
+        if a.1 != b.1 {
+            return Ok(());
+        }
+        let (at, value) = (self.at(at), a.1.to_string());
+        Err(TargetFileError::Same { at, first: a.0, second: b.0, value })
+    }
+
+    fn named(&self, field: &str, name: &str) -> Checked<()> {
+        if name.trim().is_empty() {
+            return Err(TargetFileError::EmptyName { at: self.at(field) });
+        }
+        Ok(())
+    }
+
+    fn finite(&self, field: &str, value: f64) -> Checked<f64> {
+        if value.is_finite() {
+            return Ok(value);
+        }
+        Err(TargetFileError::NotFinite { at: self.at(field), value })
+    }
+
+    fn length(&self, field: &str, value: f64) -> Checked<f64> {
+        self.finite(field, value)?;
+        if value.abs() > LARGEST_POSITION_MM {
+            let (at, problem) = (self.at(field), "is more than the 500 mm of a head");
+            return Err(TargetFileError::Scale { at, value, problem });
+        }
+        Ok(value)
+    }
+
+    fn positive(&self, field: &str, value: f64) -> Checked<f64> {
+        self.finite(field, value)?;
+        if value > 0.0 {
+            return Ok(value);
+        }
+        Err(TargetFileError::NotPositive { at: self.at(field), value })
+    }
+
+    fn not_negative(&self, field: &str, value: f64) -> Checked<f64> {
+        self.finite(field, value)?;
+        if value >= 0.0 {
+            return Ok(value);
+        }
+        Err(TargetFileError::Negative { at: self.at(field), value })
+    }
+
+    fn fraction(&self, field: &str, value: f64) -> Checked<f64> {
+        self.finite(field, value)?;
+        if (0.0..=1.0).contains(&value) {
+            return Ok(value);
+        }
+        Err(TargetFileError::OutsideUnit { at: self.at(field), value })
+    }
+
+    fn both(&self, at: &str, first: &'static str, second: &'static str) -> TargetFileError {
+        TargetFileError::Both { at: self.at(at), first, second }
+    }
+
+    fn neither(&self, at: &str, first: &'static str, second: &'static str) -> TargetFileError {
+        TargetFileError::Neither { at: self.at(at), first, second }
+    }
+
+    fn missing(&self, at: &str, key: &str, what: &str) -> TargetFileError {
+        TargetFileError::MissingField { at: self.at(&format!("{at}.{key}")), what: what.to_owned() }
+    }
+
+    fn at(&self, field: &str) -> Box<Location> {
+        Box::new(self.lines.location(field))
+    }
+
+    fn first_line(&self, field: &str) -> usize {
+        self.at(field).line.unwrap_or(0)
+    }
+}

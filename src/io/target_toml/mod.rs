@@ -1,0 +1,78 @@
+//! Target files, `targets/*.toml`.
+
+mod check;
+mod error;
+mod file;
+mod lines;
+mod pattern;
+mod shape;
+
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::de::DeTable;
+
+pub use error::{TargetFileError, TargetWarning};
+pub use lines::FieldLines;
+pub(super) use lines::line_of;
+
+use self::check::Checker;
+use self::file::TargetTable;
+use super::Location;
+use super::schema::toml_schema_of;
+use crate::inverse::Target;
+
+/// A target as its file states it, with the line of each field.
+#[derive(Clone, Debug)]
+pub struct TargetDocument {
+    /// The target; bounds and tied pairs may still hold patterns such as `*_r`.
+    pub target: Target,
+    /// Where each field stands, so that later errors can name its line.
+    pub lines: FieldLines,
+    /// What is odd about the file.
+    pub warnings: Vec<TargetWarning>,
+}
+
+/// Reads the target file `path`.
+///
+/// # Errors
+/// [`TargetFileError`] when the file is not a target: it names the line, the field, the value and
+/// the remedy.
+pub fn read_target(path: &Path) -> Result<TargetDocument, TargetFileError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|reason| TargetFileError::Unreadable { at: Box::new(Location::file(path)), reason })?;
+    parse_target(&text, path)
+}
+
+/// Reads a target from `text`; `path` is only named in messages.
+///
+/// # Errors
+/// As [`read_target`].
+pub fn parse_target(text: &str, path: &Path) -> Result<TargetDocument, TargetFileError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let not_toml = |e: toml::de::Error| TargetFileError::Syntax {
+        at: Box::new(Location::file(path).at_line(line_of(text, e.span().map_or(0, |s| s.start)))),
+        reason: e.message().to_owned(),
+    };
+    let root = DeTable::parse(text).map_err(not_toml)?;
+    let lines = FieldLines::of(path, text, root.get_ref());
+    if let Some(unit) = root.get_ref().get("unit").and_then(|v| v.get_ref().as_str())
+        && unit != "mm"
+    {
+        return Err(TargetFileError::UnknownUnit {
+            at: Box::new(lines.location("unit")),
+            value: unit.to_owned(),
+        });
+    }
+    shape::check_table(root.get_ref(), toml_schema_of::<TargetTable>().as_value(), "", &lines)?;
+    let table = TargetTable::deserialize(toml::Deserializer::from(root)).map_err(not_toml)?;
+    let mut checker = Checker::new(&lines);
+    let target = checker.target(table)?;
+    let warnings = checker.warnings;
+    Ok(TargetDocument { target, lines, warnings })
+}
+
+/// The JSON schema of target files, as in `schemas/target.schema.json`.
+pub fn target_schema() -> String {
+    super::schema::pretty(&toml_schema_of::<TargetTable>())
+}

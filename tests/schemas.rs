@@ -1,0 +1,31 @@
+//! The published JSON schemas are the ones of the code.
+//!
+//! After a change of a format, `MODIOLUS_BLESS=1 cargo test --release --test schemas` writes them anew.
+
+use std::path::PathBuf;
+
+use modiolus::io::{face_schema, solution_schema, target_schema};
+
+fn holds(file: &str, derived: &str) {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("schemas").join(file);
+    if std::env::var_os("MODIOLUS_BLESS").is_some() {
+        std::fs::write(&path, derived).expect("written");
+    }
+    let published = std::fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
+    assert!(published == derived, "{} is out of date: run with MODIOLUS_BLESS=1", path.display());
+}
+
+#[test]
+fn the_target_schema_is_published() {
+    holds("target.schema.json", &target_schema());
+}
+
+#[test]
+fn the_solution_schema_is_published() {
+    holds("solution.schema.json", &solution_schema());
+}
+
+#[test]
+fn the_face_schema_is_published() {
+    holds("face.schema.json", &face_schema());
+}
