@@ -10,4 +10,5 @@ pub mod inverse;
 pub mod io;
 pub mod mesh;
 pub mod qp;
+pub mod render;
 pub mod units;

@@ -1,0 +1,28 @@
+//! Pictures of a face, drawn by the processor alone: the same bytes for the same face on every run.
+
+mod bundles;
+mod camera;
+mod colour;
+mod error;
+mod figures;
+mod image;
+mod legend;
+mod occlusion;
+mod raster;
+mod scene;
+mod shading;
+mod show;
+mod skin;
+mod solid;
+mod subdivision;
+mod vermilion;
+
+pub use camera::{Camera, Margins, Projected, View};
+pub use colour::{ColourMap, Rgb, distinct, mix, srgb, to_srgb};
+pub use error::RenderError;
+pub use figures::{Action, action_sheet, contact_sheet, force_sheet, muscle_stems, three_views};
+pub use image::{Image, LETTER, LINE};
+pub use raster::{Hit, Layer};
+pub use scene::{Drawing, MAX_SIDE, MIN_SIDE, Scene};
+pub use show::Show;
+pub use subdivision::{Refined, refine};

@@ -1,0 +1,354 @@
+//! A face ready to be drawn, and the drawing of it.
+
+use rayon::prelude::*;
+
+use super::bundles::{Bundles, colours};
+use super::colour::{ColourMap, Rgb, mix, srgb, to_srgb};
+use super::figures::muscle_stems;
+use super::legend;
+use super::occlusion::openness;
+use super::shading::{ENAMEL, LIP, MATT, SKIN, shade};
+use super::skin::Skin;
+use super::solid::Solid;
+use super::vermilion::Vermilion;
+use super::{Camera, Hit, Image, LINE, Layer, Margins, Projected, RenderError, Show, View};
+use crate::face::Face;
+use crate::units::Vec3;
+
+/// Fewest pixels of a side.
+pub const MIN_SIDE: usize = 16;
+/// Most pixels of a side: nine samples a pixel of the largest picture still fit into some gigabytes.
+pub const MAX_SIDE: usize = 4096;
+/// Samples to a pixel along each side.
+const SAMPLES: usize = 3;
+/// Opacity of skin that is seen through, facing the viewer and edge on.
+const VEIL: (f32, f32) = (0.30, 0.85);
+/// The same over teeth and muscles, whose colours must be told apart.
+const THIN_VEIL: (f32, f32) = (0.12, 0.7);
+
+/// What to draw and how.
+#[derive(Clone, Debug)]
+pub struct Drawing<'a> {
+    /// Where from.
+    pub view: View,
+    /// Width and height, pixels.
+    pub size: (usize, usize),
+    /// What.
+    pub show: Show,
+    /// Displacement (3n), mm; `None` is the face at rest.
+    pub displacement: Option<&'a [f64]>,
+    /// Activations (m) for the colours of muscles and the sizes of forces.
+    pub activation: Option<&'a [f64]>,
+    /// Only muscles whose name without side is among these are drawn; empty is all.
+    pub only: &'a [String],
+    /// Largest displacement of the colour map, mm; `None` is that of this drawing.
+    pub largest_mm: Option<f64>,
+    /// Pixels to the millimetre; `None` is as large as the picture allows.
+    pub pixels_per_mm: Option<f64>,
+    /// Only what surrounds these points (mm) is framed; empty is the whole face.
+    pub focus: &'a [Vec3],
+    /// Lines written above the face, the first in bold.
+    pub title: &'a [String],
+    /// Whether to draw scale bar and legends.
+    pub legend: bool,
+    /// Whether to trace the outline of the face at rest.
+    pub rest_outline: bool,
+}
+
+impl Default for Drawing<'_> {
+    fn default() -> Self {
+        Self {
+            view: View::Front,
+            size: (640, 600),
+            show: Show::FACE,
+            displacement: None,
+            activation: None,
+            only: &[],
+            largest_mm: None,
+            pixels_per_mm: None,
+            focus: &[],
+            title: &[],
+            legend: true,
+            rest_outline: false,
+        }
+    }
+}
+
+/// A face with what does not depend on the drawing: its smooth skin and where its fibres are embedded.
+#[derive(Clone, Debug)]
+pub struct Scene<'f> {
+    face: &'f Face,
+    skin: Skin,
+    bundles: Bundles,
+    vermilion: Vermilion,
+    stems: Vec<String>,
+}
+
+impl<'f> Scene<'f> {
+    /// Prepares `face`.
+    pub fn new(face: &'f Face) -> Self {
+        Self {
+            face,
+            skin: Skin::new(face),
+            bundles: Bundles::new(face),
+            vermilion: Vermilion::new(face),
+            stems: muscle_stems(face),
+        }
+    }
+
+    /// The face.
+    pub fn face(&self) -> &'f Face {
+        self.face
+    }
+
+    /// Greatest displacement of the smooth skin under `u` (3n), mm.
+    pub fn largest_mm(&self, u: &[f64]) -> f64 {
+        self.skin.displacement(Some(u)).iter().map(Vec3::norm).fold(0., f64::max)
+    }
+
+    /// Width and height of a picture without legends that holds the face at rest from `view` at a scale, pixels.
+    pub fn panel(&self, view: View, pixels_per_mm: f64) -> (usize, usize) {
+        let points: Vec<_> = self.skin.surface.sites.iter().map(|s| s.position).collect();
+        let camera = Camera::fit(view, &points, (1, 1), Margins::default()).at_scale(pixels_per_mm);
+        let seen: Vec<_> = points.iter().map(|p| camera.project(*p)).collect();
+        let span = |along: &dyn Fn(&Projected) -> f64| {
+            let (lo, hi) =
+                seen.iter().map(along).fold((f64::MAX, f64::MIN), |(lo, hi), t| (lo.min(t), hi.max(t)));
+            (hi - lo).clamp(0., MAX_SIDE as f64 - 16.).ceil() as usize + 16
+        };
+        (span(&|p| p.x), span(&|p| p.y))
+    }
+
+    /// Whether the drawing names the muscles by colour.
+    fn names(&self, drawing: &Drawing<'_>) -> bool {
+        let active = drawing.activation.is_some_and(|a| a.iter().any(|a| *a > 0.));
+        drawing.legend && drawing.show.muscles && drawing.only.is_empty() && !active
+    }
+
+    /// The camera of a drawing: it frames the face at rest, so that a moved face is seen to move.
+    fn camera(&self, drawing: &Drawing<'_>) -> Camera {
+        let head = 8. + (drawing.title.len() * LINE) as f64;
+        // Panels of one figure stand on one line, with legends or without.
+        let legend = if drawing.legend || drawing.pixels_per_mm.is_some() { 24. } else { 8. };
+        let right = if drawing.legend && drawing.show.displacement { legend::BAR_SPACE } else { 8. };
+        let left = if self.names(drawing) { legend::names_space(&self.stems) } else { 8. };
+        let margins = Margins { left, top: head, right, bottom: legend };
+        let points: Vec<Vec3> = match drawing.focus {
+            [] => self.skin.surface.sites.iter().map(|s| s.position).collect(),
+            focus => focus.to_vec(),
+        };
+        let camera = Camera::fit(drawing.view, &points, drawing.size, margins);
+        drawing.pixels_per_mm.map_or(camera, |scale| camera.at_scale(scale))
+    }
+
+    /// Draws the picture; the same whatever the number of threads.
+    ///
+    /// # Errors
+    /// [`RenderError::Size`], and [`RenderError::Length`] or [`RenderError::NotFinite`] for a displacement or
+    /// activation that is not this face's.
+    pub fn draw(&self, drawing: &Drawing<'_>) -> Result<Image, RenderError> {
+        self.check(drawing)?;
+        let show = drawing.show;
+        let camera = self.camera(drawing);
+        let fine = camera.enlarged(SAMPLES as f64);
+        let size = (drawing.size.0 * SAMPLES, drawing.size.1 * SAMPLES);
+
+        let mut solid = Solid::default();
+        let muscle_colours = colours(self.face, &self.stems, drawing.activation);
+        if show.teeth {
+            self.face.teeth.iter().for_each(|t| solid.surface(&t.surface, srgb(240, 232, 212)));
+        }
+        let n_teeth = solid.corners.len();
+        let wanted = |m: usize| {
+            let stem = super::figures::stem(&self.face.muscles[m].name);
+            drawing.only.is_empty() || drawing.only.iter().any(|o| o == stem)
+        };
+        if show.muscles {
+            let colour = |m: usize| wanted(m).then_some(muscle_colours[m]);
+            self.bundles.tubes(self.face, drawing.displacement, colour, &mut solid);
+        }
+        let mut mm_per_n = None;
+        let mut arrows = Solid::default();
+        if show.forces {
+            let given = drawing.activation.filter(|a| a.iter().any(|a| *a > 0.));
+            let activation: Vec<f64> = (0..self.face.muscles.len())
+                .map(|m| if wanted(m) { given.map_or(1., |a| a[m]) } else { 0. })
+                .collect();
+            mm_per_n = self.bundles.arrows(self.face, drawing.displacement, &activation, &mut arrows);
+        }
+
+        let moved = self.skin.displacement(drawing.displacement);
+        let points: Vec<Vec3> =
+            self.skin.surface.sites.iter().zip(&moved).map(|(s, u)| s.position + u).collect();
+        let largest = drawing
+            .largest_mm
+            .unwrap_or_else(|| legend::round_up(moved.iter().map(Vec3::norm).fold(0., f64::max)));
+        let corners = |points: &[Vec3]| -> Vec<[Vec3; 3]> {
+            self.skin.triangles.iter().map(|t| t.map(|v| points[v])).collect()
+        };
+        let solid_layer = layer(size, &fine, solid.corners.iter().copied());
+        let skin_layer = if show.skin {
+            layer(size, &fine, corners(&points).into_iter())
+        } else {
+            Layer::new(size.0, size.1, &[])
+        };
+        let solid_normals = seen_normals(&solid_layer, &fine, |t| solid.normals[t]);
+        let solid_open = openness(&solid_layer, &skin_layer, &solid_normals, fine.pixels_per_mm());
+        let veil = show.sees_through();
+        let lit = |index: usize| -> Option<Rgb> {
+            let t = solid_layer.hits[index]?.triangle as usize;
+            let finish = if t < n_teeth { ENAMEL } else { MATT };
+            // Skin that is seen through throws no shade.
+            let open = if veil { 1. } else { solid_open[index].powi(2) };
+            Some(shade(solid.colours[t], finish, solid_normals[index], open))
+        };
+        let mut samples: Vec<Rgb>;
+        if show.skin {
+            let normals = self.skin.normals(&points);
+            let seen = seen_normals(&skin_layer, &fine, |t| self.skin.triangles[t].map(|v| normals[v]));
+            let open = openness(&skin_layer, &skin_layer, &seen, fine.pixels_per_mm());
+            let map = ColourMap::new();
+            let paint = |hit: &Hit, n: Vec3, open: f32| -> Rgb {
+                let t = self.skin.triangles[hit.triangle as usize];
+                let mucosa: f32 = (0..3).map(|k| hit.weights[k] * self.skin.mucosa[t[k]]).sum();
+                if show.displacement {
+                    let far = blend(t.map(|v| moved[v]), hit).norm();
+                    return shade(map.at(far / largest.max(1e-9)), MATT, n, open);
+                }
+                let rest = blend(t.map(|v| self.skin.surface.sites[v].position), hit);
+                let red = self.vermilion.share(rest);
+                let skin = shade(srgb(229, 180, 156), SKIN, n, open);
+                let lip = shade(srgb(199, 112, 106), LIP, n, open);
+                let inside = shade(srgb(150, 62, 62), LIP, n, 0.6 * open);
+                mix(mix(skin, lip, red), inside, mucosa.clamp(0., 1.))
+            };
+            samples = (0..size.0 * size.1)
+                .into_par_iter()
+                .map(|index| {
+                    let behind = lit(index);
+                    let Some(hit) = skin_layer.hits[index] else { return behind.unwrap_or([1.; 3]) };
+                    if let (Some(colour), Some(solid)) = (behind, solid_layer.hits[index])
+                        && solid.depth > hit.depth
+                    {
+                        return colour;
+                    }
+                    let n = seen[index];
+                    let colour = paint(&hit, n, open[index]);
+                    if !veil {
+                        return colour;
+                    }
+                    let edge = (1. - n.z.abs() as f32).powi(2);
+                    let veil = if behind.is_some() { THIN_VEIL } else { VEIL };
+                    mix(behind.unwrap_or([1.; 3]), colour, veil.0 + edge * (veil.1 - veil.0))
+                })
+                .collect();
+        } else {
+            samples = (0..size.0 * size.1).into_par_iter().map(|k| lit(k).unwrap_or([1.; 3])).collect();
+        }
+        if mm_per_n.is_some() {
+            // Over everything: an arrow that the tissue hides says nothing.
+            let over = layer(size, &fine, arrows.corners.iter().copied());
+            let normals = seen_normals(&over, &fine, |t| arrows.normals[t]);
+            samples.par_iter_mut().enumerate().for_each(|(k, sample)| {
+                if let Some(hit) = over.hits[k] {
+                    *sample = shade(arrows.colours[hit.triangle as usize], MATT, normals[k], 1.);
+                }
+            });
+        }
+        if drawing.rest_outline {
+            let rest: Vec<Vec3> = self.skin.surface.sites.iter().map(|s| s.position).collect();
+            outline(&layer(size, &fine, corners(&rest).into_iter()), &mut samples);
+        }
+        let mut image = shrink(&samples, size);
+        if drawing.legend {
+            legend::scale_bar(&mut image, camera.pixels_per_mm());
+            if show.displacement {
+                legend::colour_bar(&mut image, largest);
+            }
+            if let Some(mm_per_n) = mm_per_n {
+                legend::force_bar(&mut image, camera.pixels_per_mm() * mm_per_n);
+            }
+            if self.names(drawing) {
+                legend::names(&mut image, &self.stems, drawing.title.len());
+            }
+        }
+        for (k, line) in drawing.title.iter().enumerate() {
+            image.write(8, (6 + k * LINE) as i64, line, k == 0, [30; 3]);
+        }
+        Ok(image)
+    }
+
+    fn check(&self, drawing: &Drawing<'_>) -> Result<(), RenderError> {
+        let (width, height) = drawing.size;
+        let side = |n: usize| (MIN_SIDE..=MAX_SIDE).contains(&n);
+        if !side(width) || !side(height) {
+            return Err(RenderError::Size { width, height, least: MIN_SIDE, most: MAX_SIDE });
+        }
+        let (n, m) = (3 * self.face.mesh.n_nodes(), self.face.muscles.len());
+        for (what, values, expected) in
+            [("displacement", drawing.displacement, n), ("activation", drawing.activation, m)]
+        {
+            let Some(values) = values else { continue };
+            if values.len() != expected {
+                return Err(RenderError::Length { what, found: values.len(), expected });
+            }
+            if let Some(index) = values.iter().position(|v| !v.is_finite()) {
+                return Err(RenderError::NotFinite { what, index });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn layer(size: (usize, usize), camera: &Camera, corners: impl Iterator<Item = [Vec3; 3]>) -> Layer {
+    let triangles: Vec<_> = corners.map(|t| t.map(|p| camera.project(p))).collect();
+    Layer::new(size.0, size.1, &triangles)
+}
+
+fn blend(corners: [Vec3; 3], hit: &Hit) -> Vec3 {
+    corners.iter().zip(hit.weights).map(|(v, w)| v * f64::from(w)).sum()
+}
+
+/// Unit normal that each sample sees, in the picture's axes; zero where it sees nothing.
+fn seen_normals(layer: &Layer, camera: &Camera, normals: impl Fn(usize) -> [Vec3; 3] + Sync) -> Vec<Vec3> {
+    let seen = |hit: &Option<Hit>| match hit {
+        None => Vec3::zeros(),
+        Some(hit) => {
+            let n = camera.turn(blend(normals(hit.triangle as usize), hit));
+            n.try_normalize(0.).unwrap_or_else(Vec3::z)
+        }
+    };
+    layer.hits.par_iter().map(seen).collect()
+}
+
+/// Darkens the samples along the border of what `layer` covers.
+fn outline(layer: &Layer, samples: &mut [Rgb]) {
+    let (width, height) = (layer.width, layer.height);
+    let covered = |x: usize, y: usize| layer.hits[y * width + x].is_some();
+    for y in 1..height.saturating_sub(1) {
+        for x in 1..width.saturating_sub(1) {
+            let around = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
+            if around.iter().any(|&(u, v)| covered(u, v) != covered(x, y)) {
+                samples[y * width + x] = [0.03, 0.05, 0.12];
+            }
+        }
+    }
+}
+
+/// The mean of the samples of each pixel, in linear light.
+fn shrink(samples: &[Rgb], size: (usize, usize)) -> Image {
+    let mut image = Image::new(size.0 / SAMPLES, size.1 / SAMPLES);
+    let width = image.width;
+    image.pixels.par_iter_mut().enumerate().for_each(|(k, pixel)| {
+        let (x, y) = (SAMPLES * (k % width), SAMPLES * (k / width));
+        let mut sum = [0.; 3];
+        for row in y..y + SAMPLES {
+            for sample in &samples[row * size.0 + x..][..SAMPLES] {
+                (0..3).for_each(|c| sum[c] += sample[c].clamp(0., 1.));
+            }
+        }
+        // Odd values only: a step that nobody sees, and files a quarter smaller.
+        *pixel = to_srgb(sum.map(|c| c / (SAMPLES * SAMPLES) as f32)).map(|c| c | 1);
+    });
+    image
+}
