@@ -12,3 +12,8 @@ pub mod mesh;
 pub mod qp;
 pub mod render;
 pub mod units;
+
+/// The example of README.md is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -1,0 +1,319 @@
+//! Command line arguments, parsed into values that are valid by themselves.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use modiolus::face::standard::Resolution;
+use modiolus::io::nearest;
+use modiolus::render::{MAX_SIDE, MIN_SIDE, Show, View};
+
+use super::activation_list::{Assignment, parse_assignment};
+
+/// Facial biomechanics: the muscle activations that explain an expression, and the expression that
+/// activations make.
+#[derive(Debug, Parser)]
+#[command(name = "modiolus", version, after_help = "Exit code: 0 solved, 1 not solved, 2 bad input.")]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Verb {
+    /// Find the activations that come closest to a target.
+    Fit(FitOptions),
+    /// Show what given activations do.
+    Forward(ForwardOptions),
+    /// Write the activation map: what each muscle alone does to each point, without contact.
+    Map(MapOptions),
+    /// Draw a face, at rest, under given activations, or as an answer moves it.
+    Render(RenderOptions),
+    /// Draw the figures of the standard face: rest, smile, where muscle forces go, what each muscle does.
+    Figures(FiguresOptions),
+    /// Check a face, or write the built-in one as files.
+    Face {
+        #[command(subcommand)]
+        verb: FaceVerb,
+    },
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct FitOptions {
+    #[arg(value_name = "TARGET.toml", help = "The target, such as targets/symmetric_smile.toml")]
+    pub(crate) target: PathBuf,
+    #[command(flatten)]
+    pub(crate) common: CommonOptions,
+    /// Folder for solution.json and face.vtu [default: out/NAME, NAME being the target's].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// How lips, cheeks and teeth touch: reactions are unknown forces, kinematic only forbids to
+    /// pass through.
+    #[arg(long, value_enum, default_value_t = ContactMode::Reactions)]
+    pub(crate) contact: ContactMode,
+    /// Print solution.json instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ForwardOptions {
+    #[command(flatten)]
+    pub(crate) common: CommonOptions,
+    #[arg(
+        help = "Activations from 0 to 1, such as zygomaticus_major=0.5,risorius_l=1; a name without side is both sides",
+long, required = true, value_name = "NAME=VALUE", value_delimiter = ',', value_parser = parse_assignment)]
+    pub(crate) activate: Vec<Assignment>,
+    /// Folder for solution.json and face.vtu.
+    #[arg(long, value_name = "DIR", default_value = "out/forward")]
+    pub(crate) out: PathBuf,
+    /// How lips, cheeks and teeth touch.
+    #[arg(long, value_parser = parse_forward_contact, value_name = "reactions|off", default_value = "reactions")]
+    pub(crate) contact: ContactMode,
+    /// Print solution.json instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MapOptions {
+    /// The face: "standard", or a face.toml.
+    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    /// The activation at which every muscle's stiffness is held: only then is there a linear map.
+    #[arg(long, value_name = "fixed=A", default_value = "fixed=0.5", value_parser = parse_fixed)]
+    pub(crate) stiffness: f64,
+    /// The file to write.
+    #[arg(long, value_name = "FILE.npz")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RenderOptions {
+    /// "standard", a face.toml, or a folder written by fit or forward.
+    #[arg(value_name = "standard|FACE.toml|DIR", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    /// Where the face is seen from.
+    #[arg(long, value_name = "front|profile|three-quarter", default_value = "front", value_parser = parse_view)]
+    pub(crate) view: View,
+    /// The picture to write.
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) out: PathBuf,
+    /// Size in pixels.
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "640x600", value_parser = parse_size)]
+    pub(crate) size: Size,
+    /// What to draw, of skin, teeth, muscles, forces and displacement.
+    #[arg(long, value_name = "WHAT[,WHAT...]", default_value = "skin,teeth", value_parser = parse_show)]
+    pub(crate) show: Show,
+    #[arg(
+        help = "Activations from 0 to 1, such as zygomaticus_major=0.5; a name without side is both sides",
+        long,
+        value_name = "NAME=VALUE",
+        value_delimiter = ',',
+        value_parser = parse_assignment
+    )]
+    pub(crate) activate: Vec<Assignment>,
+    /// How stiff the muscles are: as their activation makes them, or all held at activation A.
+    #[arg(long, value_name = "activated|fixed=A", default_value = "activated", value_parser = parse_stiffness)]
+    pub(crate) stiffness: Stiffness,
+    /// How lips, cheeks and teeth touch.
+    #[arg(long, value_parser = parse_forward_contact, value_name = "reactions|off", default_value = "reactions")]
+    pub(crate) contact: ContactMode,
+    /// Trace the outline of the face at rest.
+    #[arg(long)]
+    pub(crate) rest_outline: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct FiguresOptions {
+    #[command(flatten)]
+    pub(crate) common: CommonOptions,
+    /// Folder for the pictures.
+    #[arg(long, value_name = "DIR", default_value = "docs/figures")]
+    pub(crate) out: PathBuf,
+    /// The target whose answer is drawn as smile.png.
+    #[arg(long, value_name = "TARGET.toml", default_value = "targets/symmetric_smile.toml")]
+    pub(crate) smile: PathBuf,
+    /// The activation of each muscle in its picture.
+    #[arg(long, value_name = "A", default_value = "0.5", value_parser = parse_fraction)]
+    pub(crate) activation: f64,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CommonOptions {
+    /// The face: "standard", or a face.toml.
+    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    /// How stiff the muscles are: as their activation makes them, or all held at activation A.
+    #[arg(long, value_name = "activated|fixed=A", default_value = "activated", value_parser = parse_stiffness)]
+    pub(crate) stiffness: Stiffness,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum FaceVerb {
+    /// Say whether a face can be used, and what is odd about it.
+    Check {
+        /// "standard", or a face.toml.
+        #[arg(value_parser = parse_face)]
+        face: FaceChoice,
+    },
+    /// Write a built-in face as a face.toml with its files.
+    Export {
+        /// The built-in face.
+        #[arg(value_parser = ["standard"])]
+        face: String,
+        /// Folder to write to.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        /// How finely it is meshed.
+        #[arg(long, value_name = "coarse|standard|fine", default_value = "standard", value_parser = parse_resolution)]
+        resolution: Resolution,
+    },
+}
+
+/// Which face to use.
+#[derive(Clone, Debug)]
+pub(crate) enum FaceChoice {
+    /// The built-in one.
+    Standard,
+    /// One described by a file.
+    File(PathBuf),
+}
+
+/// How stiff the muscles are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Stiffness {
+    /// As their activation makes them.
+    Activated,
+    /// All as at one activation, 0 to 1.
+    Fixed(f64),
+}
+
+impl Stiffness {
+    /// As on the command line.
+    pub(crate) fn text(self) -> String {
+        match self {
+            Self::Activated => "activated".to_owned(),
+            Self::Fixed(a) => format!("fixed={a}"),
+        }
+    }
+}
+
+/// Width and height of a picture, pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Size(pub(crate) usize, pub(crate) usize);
+
+/// How contact is treated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ContactMode {
+    /// Contact forces are unknowns.
+    Reactions,
+    /// The gaps of the contact-free map must stay open.
+    Kinematic,
+    /// No contact.
+    Off,
+}
+
+fn parse_face(text: &str) -> Result<FaceChoice, String> {
+    match text {
+        "" => Err("give \"standard\" or the path of a face.toml".to_owned()),
+        "standard" => Ok(FaceChoice::Standard),
+        path => Ok(FaceChoice::File(PathBuf::from(path))),
+    }
+}
+
+fn parse_stiffness(text: &str) -> Result<Stiffness, String> {
+    match text {
+        "activated" => Ok(Stiffness::Activated),
+        _ => parse_fixed(text).map(Stiffness::Fixed).map_err(|e| format!("write activated, or {e}")),
+    }
+}
+
+fn parse_fixed(text: &str) -> Result<f64, String> {
+    let example = "fixed=A with A from 0 to 1, such as fixed=0.5";
+    if text == "activated" {
+        return Err(format!("a map is linear only at a held stiffness; write {example}"));
+    }
+    match text.strip_prefix("fixed=").map(str::parse) {
+        Some(Ok(value)) if (0.0..=1.0).contains(&value) => Ok(value),
+        _ => Err(example.to_owned()),
+    }
+}
+
+fn parse_forward_contact(text: &str) -> Result<ContactMode, String> {
+    match text {
+        "reactions" => Ok(ContactMode::Reactions),
+        "off" => Ok(ContactMode::Off),
+        "kinematic" => {
+            Err("kinematic contact limits a fit and moves nothing; write reactions or off".to_owned())
+        }
+        _ => Err("write reactions or off".to_owned()),
+    }
+}
+
+/// What is wrong with `text`, the valid choices, and the nearest of them.
+fn unknown(text: &str, choices: &[&str]) -> String {
+    let hint = nearest(text, choices.iter().copied()).map(|c| format!("; did you mean {c}?"));
+    format!("write one of {}{}", choices.join(", "), hint.unwrap_or_default())
+}
+
+fn parse_view(text: &str) -> Result<View, String> {
+    View::parse(text).ok_or_else(|| unknown(text, &View::NAMES))
+}
+
+fn parse_show(text: &str) -> Result<Show, String> {
+    let mut show = Show::default();
+    for name in text.split(',').map(str::trim) {
+        if !show.add(name) {
+            return Err(format!("nothing is called {name}; {}", unknown(name, &Show::NAMES)));
+        }
+    }
+    Ok(show)
+}
+
+fn parse_size(text: &str) -> Result<Size, String> {
+    let sides = || {
+        let (width, height) = text.split_once('x')?;
+        Some(Size(width.trim().parse().ok()?, height.trim().parse().ok()?))
+    };
+    let side = MIN_SIDE..=MAX_SIDE;
+    match sides() {
+        None => Err("write WIDTHxHEIGHT in pixels, such as 640x720".to_owned()),
+        Some(size) if side.contains(&size.0) && side.contains(&size.1) => Ok(size),
+        Some(_) => Err(format!("each side may be from {MIN_SIDE} to {MAX_SIDE} pixels, such as 640x720")),
+    }
+}
+
+fn parse_fraction(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        _ => Err("write a number above 0 and up to 1, such as 0.5".to_owned()),
+    }
+}
+
+fn parse_resolution(text: &str) -> Result<Resolution, String> {
+    Resolution::parse(text).ok_or_else(|| format!("write one of {}", Resolution::NAMES.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn stiffness_is_activated_or_a_fraction() {
+        assert_eq!(parse_stiffness("fixed=0.25"), Ok(Stiffness::Fixed(0.25)));
+        assert_eq!(parse_stiffness("activated"), Ok(Stiffness::Activated));
+        for bad in ["fixed", "fixed=", "fixed=1.1", "fixed=nan", "0.5", "active"] {
+            assert!(
+                parse_stiffness(bad).is_err_and(|e| e.contains("activated") && e.contains("fixed=0.5")),
+                "{bad}"
+            );
+        }
+        assert!(parse_fixed("activated").is_err_and(|e| e.contains("fixed=0.5")));
+    }
+}

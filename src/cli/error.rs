@@ -1,0 +1,82 @@
+//! What stops the program, and its exit code.
+
+use std::path::PathBuf;
+
+use modiolus::face::FaceError;
+use modiolus::forward::{ContactError, ForwardError};
+use modiolus::inverse::{InverseError, TargetError};
+use modiolus::io::{
+    AnswerFileError, FaceExportError, FaceFileError, FingerprintError, Location, MapFileError, MeshFileError,
+    TargetFileError,
+};
+use modiolus::render::RenderError;
+use thiserror::Error;
+
+/// What stops the program.
+#[derive(Debug, Error)]
+pub(crate) enum CliError {
+    #[error(transparent)]
+    TargetFile(#[from] TargetFileError),
+    #[error("{}: {error}", place(.at))]
+    Target { at: Location, error: Box<TargetError> },
+    #[error("--activate: no muscle is called {name}; the face has: {known}")]
+    UnknownMuscle { name: String, known: String },
+    #[error("--activate: {name} is given twice; keep one")]
+    ActivatedTwice { name: String },
+    #[error(transparent)]
+    FaceFile(#[from] FaceFileError),
+    #[error(transparent)]
+    FaceExport(#[from] FaceExportError),
+    #[error("{face}: {}", list(.errors))]
+    Face { face: String, errors: Vec<FaceError> },
+    #[error("{face}: {error}")]
+    Forward { face: String, error: Box<ForwardError> },
+    #[error("contact: {0}; --contact off leaves it out")]
+    Contact(#[from] ContactError),
+    #[error("{0}")]
+    Inverse(Box<InverseError>),
+    #[error(transparent)]
+    Fingerprint(#[from] FingerprintError),
+    #[error(transparent)]
+    Map(#[from] MapFileError),
+    #[error(transparent)]
+    Mesh(#[from] MeshFileError),
+    #[error(transparent)]
+    Answer(#[from] AnswerFileError),
+    #[error("{}: the face was given as {face}, which cannot be read from here: {reason}; run from the folder where the answer was computed", dir.display())]
+    FaceOfAnswer { dir: PathBuf, face: String, reason: Box<CliError> },
+    #[error("{}: {error}; compute it again with this face", path.display())]
+    AnswerOfOtherFace { path: PathBuf, error: RenderError },
+    #[error("--activate: {} already holds activations; leave one of the two out", dir.display())]
+    ActivatedAnswer { dir: PathBuf },
+    #[error(
+        "--show displacement: nothing moves; add --activate NAME=VALUE or give the output folder of fit or forward"
+    )]
+    NothingMoves,
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    #[error("{}: cannot be written: {reason}; give another place with --out", path.display())]
+    Write { path: PathBuf, reason: std::io::Error },
+    #[error("solution.json cannot be put together: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+impl CliError {
+    /// 1 when the input is good and no answer was found, 2 when the input is bad.
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
+            Self::Contact(_) => 1,
+            Self::Inverse(error) if matches!(**error, InverseError::Contact(_)) => 1,
+            _ => 2,
+        }
+    }
+}
+
+/// File and line; the field stands in the error itself.
+fn place(at: &Location) -> String {
+    Location { field: None, ..at.clone() }.to_string()
+}
+
+fn list(errors: &[FaceError]) -> String {
+    errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n  ")
+}

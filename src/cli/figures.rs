@@ -1,0 +1,86 @@
+//! `modiolus figures`.
+
+use std::fs;
+use std::path::Path;
+
+use modiolus::render::{
+    Action, Drawing, Image, Scene, Show, action_sheet, contact_sheet, force_sheet, muscle_stems, three_views,
+};
+
+use super::Outcome;
+use super::arguments::{ContactMode, FiguresOptions, FitOptions, Stiffness};
+use super::error::CliError;
+use super::fit::fit;
+use super::load::load;
+use super::progress::Progress;
+use super::render::{displacements, write_image};
+
+/// The muscles of the seed's figure 3.
+const FORCES: [&str; 2] = ["zygomaticus_major", "orbicularis_oris_peripheralis"];
+pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
+    let mut progress = Progress::new();
+    let loaded = load(&options.common.face, &mut progress)?;
+    let face = &loaded.face;
+    let out = &options.out;
+    fs::create_dir_all(out).map_err(|reason| CliError::Write { path: out.clone(), reason })?;
+    let stems = muscle_stems(face);
+    let stem_of = |name: &str| {
+        stems.iter().find(|s| [(*s).clone(), format!("{s}_l"), format!("{s}_r")].contains(&name.to_owned()))
+    };
+    let pose = |of: &dyn Fn(&str) -> f64| -> Vec<f64> {
+        face.muscles.iter().map(|m| stem_of(&m.name).map_or(0.0, |s| of(s))).collect()
+    };
+    let poses: Vec<Vec<f64>> =
+        stems.iter().map(|stem| pose(&|s| if s == stem { options.activation } else { 0.0 })).collect();
+    let smile = fit(&FitOptions {
+        target: options.smile.clone(),
+        common: options.common.clone(),
+        out: None,
+        contact: ContactMode::Reactions,
+        json: false,
+    })?;
+    let stiffness = options.common.stiffness;
+    let moved = displacements(&loaded, &poses, stiffness, ContactMode::Reactions, &mut progress)?;
+
+    let scene = progress.step("prepare", || Scene::new(face));
+    let mut list = String::new();
+    let mut write = |name: &str, image: &Image| -> Result<(), CliError> {
+        let path = out.join(name);
+        list += &format!("{}\n", path.display());
+        write_image(&path, image)
+    };
+    write("rest.png", &three_views(&scene, &Drawing::default())?)?;
+    if let Some(u) = &smile.answer.displacement {
+        write("smile.png", &three_views(&scene, &Drawing { displacement: Some(u), ..Drawing::default() })?)?;
+    }
+    let muscles = Drawing { show: Show { muscles: true, ..Show::FACE }, ..Drawing::default() };
+    write("muscles.png", &scene.draw(&Drawing { size: (800, 430), ..muscles })?)?;
+    let known: Vec<&str> = FORCES.into_iter().filter(|f| stems.iter().any(|s| s == f)).collect();
+    if !known.is_empty() {
+        write("forces.png", &progress.step("draw", || force_sheet(&scene, &known))?)?;
+    }
+    let held = match stiffness {
+        Stiffness::Activated => "stiffness as activated".to_owned(),
+        Stiffness::Fixed(a) => format!("stiffness held at {a}"),
+    };
+    let conditions = format!("both sides at activation {}, contact on, {held}", options.activation);
+    let action = |((muscle, activation), displacement): ((&String, Vec<f64>), Vec<f64>)| Action {
+        muscle: muscle.clone(),
+        activation,
+        displacement,
+        conditions: conditions.clone(),
+    };
+    let actions: Vec<Action> = stems.iter().zip(poses).zip(moved).map(action).collect();
+    for action in &actions {
+        let sheet = progress.step("draw", || action_sheet(&scene, action))?;
+        write(&format!("action_{}.png", file_name(&action.muscle)), &sheet)?;
+    }
+    write("actions.png", &progress.step("draw", || contact_sheet(&scene, &actions))?)?;
+    Ok(Outcome { text: list, solved: true })
+}
+
+/// A muscle's name as a file name: face files may use any letters.
+fn file_name(muscle: &str) -> String {
+    let safe = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
+    Path::new(muscle).to_string_lossy().chars().map(safe).collect()
+}

@@ -1,0 +1,52 @@
+//! The face that the options name, checked, with the fingerprints of its files.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use modiolus::face::{Face, standard, standard::Resolution};
+use modiolus::io::{FaceDocument, read_face, sha256_of_file};
+
+use super::arguments::FaceChoice;
+use super::error::CliError;
+use super::progress::Progress;
+
+/// A face that can be computed with.
+pub(crate) struct LoadedFace {
+    pub(crate) face: Face,
+    /// "standard", or its path as given.
+    pub(crate) name: String,
+    /// How messages call it: its path, or "the standard face".
+    pub(crate) called: String,
+    pub(crate) warnings: Vec<String>,
+    /// SHA-256 of its files, by path.
+    pub(crate) inputs: BTreeMap<String, String>,
+}
+
+pub(crate) fn load(choice: &FaceChoice, progress: &mut Progress) -> Result<LoadedFace, CliError> {
+    progress.step("read_face", || match choice {
+        FaceChoice::Standard => {
+            let face = standard(&Resolution::STANDARD);
+            let called = "the standard face".to_owned();
+            let (errors, odd) = face.check();
+            if !errors.is_empty() {
+                return Err(CliError::Face { face: called, errors });
+            }
+            let warnings = odd.iter().map(ToString::to_string).collect();
+            let name = "standard".to_owned();
+            Ok(LoadedFace { face, name, called, warnings, inputs: BTreeMap::new() })
+        }
+        FaceChoice::File(path) => {
+            let FaceDocument { face, warnings, files } = read_face(path, None)?;
+            let warnings = warnings.iter().map(ToString::to_string).collect();
+            let inputs = files.iter().map(|file| fingerprint(file)).collect::<Result<_, _>>()?;
+            let called = path.display().to_string();
+            let name = called.replace('\\', "/");
+            Ok(LoadedFace { face, name, called, warnings, inputs })
+        }
+    })
+}
+
+/// The name and fingerprint of one input file.
+pub(crate) fn fingerprint(path: &Path) -> Result<(String, String), CliError> {
+    Ok((path.display().to_string().replace('\\', "/"), sha256_of_file(path)?))
+}

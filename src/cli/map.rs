@@ -1,0 +1,41 @@
+//! `modiolus map`.
+
+use modiolus::forward::Model;
+use modiolus::io::{MapNpz, write_atomically};
+
+use super::Outcome;
+use super::arguments::MapOptions;
+use super::error::CliError;
+use super::load::load;
+use super::progress::{Progress, say};
+
+pub(crate) fn run(options: &MapOptions) -> Result<Outcome, CliError> {
+    let mut progress = Progress::new();
+    let loaded = load(&options.face, &mut progress)?;
+    let face = &loaded.face;
+    let forward = |error| CliError::Forward { face: loaded.called.clone(), error: Box::new(error) };
+    let model = progress.step("assemble", || Model::new(face, Vec::new())).map_err(forward)?;
+    let stiffness = options.stiffness;
+    let held = vec![stiffness; model.muscles().len()];
+    let fixed = progress.step("factorise", || model.at(&held)).map_err(forward)?;
+    let displacement = progress.step("solve", || fixed.map());
+    let muscles = model.muscles();
+    let map = MapNpz { points: &face.mesh.points, muscles, displacement: &displacement, stiffness };
+    let bytes = map.to_bytes()?;
+    write_atomically(&options.out, &bytes)
+        .map_err(|reason| CliError::Write { path: options.out.clone(), reason })?;
+    say(&format!("wrote {}", options.out.display()));
+    let mut text = format!(
+        "Activation map of {}: {} muscles, {} points, stiffness held at {stiffness}\n\n",
+        loaded.called,
+        muscles.len(),
+        face.mesh.n_nodes()
+    );
+    let width = muscles.iter().map(String::len).max().unwrap_or(0);
+    text += &format!("{:width$}   farthest point, mm at full activation\n", "muscle");
+    for (muscle, u) in muscles.iter().zip(&displacement) {
+        let farthest = u.chunks(3).map(|d| d.iter().map(|x| x * x).sum::<f64>()).fold(0.0, f64::max).sqrt();
+        text += &format!("{muscle:width$}   {farthest:6.1}\n");
+    }
+    Ok(Outcome { text, solved: true })
+}

@@ -1,0 +1,142 @@
+//! `modiolus render`.
+
+use std::path::{Path, PathBuf};
+
+use modiolus::face::ContactReach;
+use modiolus::forward::{FixedStiffness, Model, Response, contact_forces};
+use modiolus::io::{read_answer, write_atomically};
+use modiolus::render::{Drawing, Image, RenderError, Scene};
+use nalgebra::DVector;
+
+use super::Outcome;
+use super::activation_list::resolve;
+use super::arguments::{ContactMode, FaceChoice, RenderOptions, Stiffness};
+use super::error::CliError;
+use super::load::{LoadedFace, load};
+use super::progress::{Progress, say};
+
+/// A face and how it is moved.
+struct Posed {
+    loaded: LoadedFace,
+    activation: Option<Vec<f64>>,
+    displacement: Option<Vec<f64>>,
+}
+
+pub(crate) fn run(options: &RenderOptions) -> Result<Outcome, CliError> {
+    let mut progress = Progress::new();
+    let posed = match &options.face {
+        FaceChoice::File(path) if path.is_dir() || path.extension().is_none_or(|e| e != "toml") => {
+            answer(path, options, &mut progress)?
+        }
+        face => activated(face, options, &mut progress)?,
+    };
+    let Posed { loaded, activation, displacement } = &posed;
+    if options.show.displacement && displacement.is_none() {
+        return Err(CliError::NothingMoves);
+    }
+    let scene = progress.step("prepare", || Scene::new(&loaded.face));
+    let drawing = Drawing {
+        view: options.view,
+        size: (options.size.0, options.size.1),
+        show: options.show,
+        displacement: displacement.as_deref(),
+        activation: activation.as_deref(),
+        rest_outline: options.rest_outline,
+        ..Drawing::default()
+    };
+    let image = progress.step("draw", || scene.draw(&drawing))?;
+    write_image(&options.out, &image)?;
+    Ok(Outcome { text: format!("{}\n", options.out.display()), solved: true })
+}
+
+/// Writes a picture as a PNG file.
+pub(crate) fn write_image(path: &Path, image: &Image) -> Result<(), CliError> {
+    let bytes = image.to_png()?;
+    write_atomically(path, &bytes).map_err(|reason| CliError::Write { path: path.to_owned(), reason })?;
+    say(&format!(
+        "wrote {}, {} x {} pixels, {} kB",
+        path.display(),
+        image.width,
+        image.height,
+        bytes.len() / 1000
+    ));
+    Ok(())
+}
+
+fn activated(face: &FaceChoice, options: &RenderOptions, progress: &mut Progress) -> Result<Posed, CliError> {
+    let loaded = load(face, progress)?;
+    if options.activate.is_empty() {
+        return Ok(Posed { loaded, activation: None, displacement: None });
+    }
+    let muscles: Vec<String> = loaded.face.muscles.iter().map(|m| m.name.clone()).collect();
+    let activation = resolve(&options.activate, &muscles)?;
+    let poses = [activation.clone()];
+    let mut moved = displacements(&loaded, &poses, options.stiffness, options.contact, progress)?;
+    Ok(Posed { loaded, activation: Some(activation), displacement: moved.pop() })
+}
+
+/// Displacement (3n, mm) under each of the activations `poses`: from one factorisation where the stiffness is held.
+pub(crate) fn displacements(
+    loaded: &LoadedFace,
+    poses: &[Vec<f64>],
+    stiffness: Stiffness,
+    contact: ContactMode,
+    progress: &mut Progress,
+) -> Result<Vec<Vec<f64>>, CliError> {
+    let face = &loaded.face;
+    let pairs = progress.step("contact_pairs", || match contact {
+        ContactMode::Off => Vec::new(),
+        _ => face.contact_pairs(ContactReach::default()),
+    });
+    let forward = |error| CliError::Forward { face: loaded.called.clone(), error: Box::new(error) };
+    let model = progress.step("assemble", || Model::new(face, pairs)).map_err(forward)?;
+    let mut held: Option<(FixedStiffness<'_>, Response)> = None;
+    let mut moved = Vec::with_capacity(poses.len());
+    for pose in poses {
+        let at = match stiffness {
+            Stiffness::Activated => pose.clone(),
+            Stiffness::Fixed(a) => vec![a; pose.len()],
+        };
+        if held.is_none() || stiffness == Stiffness::Activated {
+            let fixed = progress.step("factorise", || model.at(&at)).map_err(forward)?;
+            let response = progress.step("solve_response", || fixed.response(&[]));
+            held = Some((fixed, response));
+        }
+        if let Some((fixed, response)) = &held {
+            let forces = match &response.contact {
+                None => Vec::new(),
+                Some(contact) => {
+                    contact_forces(contact, &DVector::from_column_slice(pose))?.as_slice().to_vec()
+                }
+            };
+            moved.push(progress.step("displace", || fixed.displacement(pose, &forces)));
+        }
+    }
+    Ok(moved)
+}
+
+fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Result<Posed, CliError> {
+    let files = read_answer(dir)?;
+    if !options.activate.is_empty() {
+        return Err(CliError::ActivatedAnswer { dir: dir.to_owned() });
+    }
+    let choice = match files.face.as_str() {
+        "standard" => FaceChoice::Standard,
+        path => FaceChoice::File(PathBuf::from(path)),
+    };
+    let unread = |reason| CliError::FaceOfAnswer {
+        dir: dir.to_owned(),
+        face: files.face.clone(),
+        reason: Box::new(reason),
+    };
+    let loaded = load(&choice, progress).map_err(unread)?;
+    let expected = 3 * loaded.face.mesh.n_nodes();
+    if files.displacement.len() != expected {
+        let (what, found) = ("displacement", files.displacement.len());
+        let error = RenderError::Length { what, found, expected };
+        return Err(CliError::AnswerOfOtherFace { path: files.vtu, error });
+    }
+    let of = |name: &String| files.activations.get(name).copied().unwrap_or(0.0);
+    let activation = loaded.face.muscles.iter().map(|m| of(&m.name)).collect();
+    Ok(Posed { loaded, activation: Some(activation), displacement: Some(files.displacement) })
+}

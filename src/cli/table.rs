@@ -1,0 +1,221 @@
+//! The answer as a table that is read without colour and without this program's manual.
+
+use std::collections::BTreeMap;
+
+use modiolus::io::{ContactJson, LinearJson, MarkerJson, SolutionJson};
+
+/// Characters of a full bar.
+const BAR: usize = 20;
+
+/// Limits that are listed; the strongest come first.
+const SHOWN_LIMITS: usize = 12;
+
+/// Muscles named of another solution.
+const SHOWN_DIFFERENCES: usize = 4;
+
+/// The whole table.
+pub(crate) fn render(heading: &str, answer: &SolutionJson) -> String {
+    let parts = [
+        format!("{heading}\n"),
+        activations(&answer.activations),
+        markers(answer),
+        features(answer),
+        answer.contact.as_ref().map(contact).unwrap_or_default(),
+        limits(answer),
+        expected(answer),
+        nonlinear(answer),
+        warnings(answer),
+        certificate(answer),
+    ];
+    let parts: Vec<String> = parts.into_iter().filter(|p| !p.is_empty()).collect();
+    parts.join("\n")
+}
+
+/// Muscles with the strongest side first, left and right side by side.
+fn activations(activations: &BTreeMap<String, f64>) -> String {
+    if activations.is_empty() {
+        return String::new();
+    }
+    let mut rows: BTreeMap<&str, [Option<f64>; 3]> = BTreeMap::new();
+    for (name, &a) in activations {
+        let (stem, column) = match (name.strip_suffix("_r"), name.strip_suffix("_l")) {
+            (Some(stem), _) => (stem, 0),
+            (_, Some(stem)) => (stem, 1),
+            _ => (name.as_str(), 2),
+        };
+        rows.entry(stem).or_default()[column] = Some(a);
+    }
+    let mut rows: Vec<(&str, [Option<f64>; 3])> = rows.into_iter().collect();
+    let strongest = |sides: &[Option<f64>; 3]| sides.iter().flatten().copied().fold(0.0, f64::max);
+    rows.sort_by(|a, b| strongest(&b.1).total_cmp(&strongest(&a.1)));
+    let width = rows.iter().map(|(stem, _)| stem.len()).max().unwrap_or(0).max(20);
+    let side = BAR + 5;
+    let mut text =
+        format!("{:width$}  {:>side$} | subject's left\n", "Activation, per cent", "subject's right");
+    for (stem, [right, left, both]) in rows {
+        let right = right.or(both).map(|a| format!("{:>BAR$} {:3.0} ", bar(a), 100.0 * a));
+        let left = left.or(both).map(|a| format!("{:3.0}  {}", 100.0 * a, bar(a)));
+        let line =
+            format!("{stem:width$}  {:>side$} | {}", right.unwrap_or_default(), left.unwrap_or_default());
+        text += line.trim_end();
+        text += if both.is_some() { "  (one muscle)\n" } else { "\n" };
+    }
+    text
+}
+
+fn bar(activation: f64) -> String {
+    "#".repeat((activation.clamp(0.0, 1.0) * BAR as f64).round() as usize)
+}
+
+fn markers(answer: &SolutionJson) -> String {
+    if answer.markers.is_empty() {
+        return String::new();
+    }
+    let with_target = answer.markers.iter().any(|m| m.target_mm.iter().any(Option::is_some));
+    let width = answer.markers.iter().map(|m| m.name.len()).max().unwrap_or(0).max(11);
+    let axes = format!("{:>7}{:>7}{:>7}", "x left", "y up", "z fwd");
+    let mut text = if with_target {
+        format!(
+            "{:width$} {:>21}  {:>21}\n{:width$} {axes}  {axes}   off by\n",
+            "Markers, mm", "target", "model", ""
+        )
+    } else {
+        format!("{:width$} {axes}\n", "Points, mm")
+    };
+    for marker in &answer.markers {
+        text += &format!("{:width$} ", marker.name);
+        if with_target {
+            text += &row(marker.target_mm);
+            text += "  ";
+        }
+        text += &row(marker.model_mm.map(Some));
+        if with_target {
+            text += &off_by(marker);
+        }
+        text.push('\n');
+    }
+    if let (Some(rms), Some(max)) = (answer.residual_mm.rms, answer.residual_mm.max) {
+        text += &format!("root mean square {rms:.2} mm, farthest {max:.2} mm\n");
+    }
+    text
+}
+
+fn row(components: [Option<f64>; 3]) -> String {
+    components.map(|c| c.map_or_else(|| format!("{:>7}", "-"), |x| format!("{:7.1}", tidy(x, 1)))).concat()
+}
+
+fn off_by(marker: &MarkerJson) -> String {
+    marker.residual_mm.map_or_else(|| format!("{:>9}", "-"), |r| format!("{r:9.2}"))
+}
+
+/// A number that prints without the sign of a zero.
+fn tidy(x: f64, digits: i32) -> f64 {
+    let scale = 10f64.powi(digits);
+    (x * scale).round() / scale + 0.0
+}
+
+fn features(answer: &SolutionJson) -> String {
+    if answer.features.is_empty() {
+        return String::new();
+    }
+    let width = answer.features.iter().map(|f| f.name.len()).max().unwrap_or(0).max(11);
+    let mut text = format!("{:width$} {:>7}{:>7}   off by\n", "Lengths, mm", "target", "model");
+    for f in &answer.features {
+        let (target, model) = (tidy(f.target_mm, 1), tidy(f.model_mm, 1));
+        text += &format!("{:width$} {target:7.1}{model:7.1}{:9.2}\n", f.name, f.residual_mm);
+    }
+    text
+}
+
+fn contact(contact: &ContactJson) -> String {
+    let ContactJson { pairs, active, force_n, max_penetration_mm, relaxation_gap, .. } = contact;
+    let mut text = format!(
+        "Contact\n{active} of {pairs} pairs press with {force_n:.2} N in all; deepest penetration beyond rest {:.3} mm\n",
+        tidy(*max_penetration_mm, 3)
+    );
+    if *relaxation_gap > 0.0 {
+        text +=
+            &format!("another set of contacts could lower the objective by {relaxation_gap:.3} at most\n");
+    }
+    text
+}
+
+fn limits(answer: &SolutionJson) -> String {
+    if answer.active_limits.is_empty() {
+        return String::new();
+    }
+    let width = answer.active_limits.iter().map(|l| l.name.len()).max().unwrap_or(0);
+    let mut text = "What holds the answer back (how fast the objective falls when it gives way)\n".to_owned();
+    for limit in answer.active_limits.iter().take(SHOWN_LIMITS) {
+        let per = if limit.unit == "1" { "per unit" } else { &limit.unit };
+        text += &format!("{:width$}  {:10.3} {per}\n", limit.name, limit.multiplier);
+    }
+    let more = answer.active_limits.len().saturating_sub(SHOWN_LIMITS);
+    if more > 0 {
+        text += &format!("and {more} weaker ones, in solution.json\n");
+    }
+    text
+}
+
+/// Whether the fit is as good as the target file says it is on this face.
+fn expected(answer: &SolutionJson) -> String {
+    answer.expected.map_or_else(String::new, |e| {
+        let verdict = if e.met { "as stated" } else { "NOT as stated" };
+        format!(
+            "All residuals: root mean square {:.3} mm, {verdict} in the target file ({:.3} mm, within {:.3})\n",
+            e.found_rms_mm, e.residual_rms_mm, e.tolerance_mm
+        )
+    })
+}
+
+/// What the muscles' stiffening did to the answer, and whether the target determines it.
+fn nonlinear(answer: &SolutionJson) -> String {
+    let mut text = String::new();
+    if let Some(LinearJson { stiffness, muscle, activation_off, markers_off_mm }) = &answer.linear_answer {
+        text += &format!(
+            "Muscles stiffen as they act: held at the stiffness of {stiffness}, the answer would differ by up to {:.0} per \
+             cent ({muscle}), and its activations would lead {markers_off_mm:.1} mm (root mean square) from where it puts \
+             the points\n",
+            100.0 * activation_off
+        );
+    }
+    for other in &answer.other_solutions {
+        let difference =
+            |(name, a): (&String, &f64)| Some(((answer.activations.get(name)? - a).abs(), name.clone()));
+        let mut off: Vec<(f64, String)> = other.activations.iter().filter_map(difference).collect();
+        off.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let named: Vec<String> = off
+            .into_iter()
+            .take(SHOWN_DIFFERENCES)
+            .filter(|(by, _)| *by > 0.005)
+            .map(|(by, name)| format!("{name} by {:.0} per cent", 100.0 * by))
+            .collect();
+        text += &format!(
+            "A second local solution fits with {:.2} mm root mean square: {}\n",
+            other.residual_rms_mm,
+            named.join(", ")
+        );
+    }
+    text
+}
+
+fn warnings(answer: &SolutionJson) -> String {
+    let mut lines: String = answer.warnings.iter().map(|w| format!("- {w}\n")).collect();
+    match &answer.face_warnings[..] {
+        [] => {}
+        [one] => lines += &format!("- {one}\n"),
+        more => {
+            lines += &format!(
+                "- {} remarks about the face: face_warnings in solution.json, or face check\n",
+                more.len()
+            );
+        }
+    }
+    if lines.is_empty() { lines } else { format!("Warnings\n{lines}") }
+}
+
+fn certificate(answer: &SolutionJson) -> String {
+    answer.certificate.map_or_else(String::new, |c| {
+        format!("Certificate: primal {:.1e}, dual {:.1e}, gap {:.1e}\n", c.primal, c.dual, c.gap)
+    })
+}

@@ -1,0 +1,145 @@
+//! Muscles that stiffen as they act: the exact Jacobian and the nonlinear fit.
+
+mod common;
+
+use common::block_face::{block_face, front_pairs};
+use modiolus::face::{Face, MuscleLaw};
+use modiolus::forward::Model;
+use modiolus::inverse::{
+    ActivatedProblem, ContactMode, Goal, Marker, Observations, Place, SequentialStep, Status, Target,
+};
+use modiolus::mesh::Site;
+use nalgebra::DVector;
+
+const CELLS: [usize; 3] = [10, 8, 4];
+
+fn model(law: MuscleLaw, contact: bool) -> (Face, Model) {
+    let mut face = block_face(CELLS);
+    face.muscle_tissue.law = law;
+    let pairs = if contact { front_pairs(&face, 0.01) } else { Vec::new() };
+    let model = Model::new(&face, pairs).unwrap();
+    (face, model)
+}
+
+/// Displacement of the landmarks and contact forces at rest under `a`, at the stiffness of `a`.
+fn at_rest(model: &Model, sites: &[Site], a: &[f64]) -> (Vec<f64>, DVector<f64>, Vec<f64>) {
+    let stiff = model.at(a).unwrap();
+    let response = stiff.response(sites);
+    let equilibrium = stiff.equilibrium(response.contact.as_ref()).unwrap();
+    let seen = sites.iter().flat_map(|s| {
+        let u = s.displacement(&equilibrium.displacement);
+        [u.x, u.y, u.z]
+    });
+    (seen.collect(), equilibrium.contact_forces, equilibrium.displacement)
+}
+
+#[test]
+fn the_jacobian_is_the_derivative_with_contact_on_and_off() {
+    for law in [MuscleLaw::Reinforced, MuscleLaw::Orthotropic] {
+        for contact in [false, true] {
+            let (face, model) = model(law, contact);
+            let sites: Vec<Site> = face.landmarks.iter().map(|l| l.site.clone()).collect();
+            let a = [0.6, 0.35, 0.5];
+            let (observed, forces, u) = at_rest(&model, &sites, &a);
+            let stiff = model.at(&a).unwrap();
+            let tangent = stiff.tangent(&sites, &stiff.response(&sites), &u);
+            let touching: Vec<usize> = (0..forces.len()).filter(|&i| forces[i] > 0.).collect();
+            assert_eq!(contact, !touching.is_empty(), "contact presses when it is on");
+            // At fixed contact states: du = J da + R dlambda with dg = 0 on the touching set.
+            let jacobian = match &tangent.contact {
+                None => tangent.map.clone(),
+                Some(c) => {
+                    let s = c.compliance.select_rows(&touching).select_columns(&touching);
+                    let push = -s.cholesky().unwrap().solve(&c.approach.select_rows(&touching));
+                    &tangent.map + c.reach.select_columns(&touching) * push
+                }
+            };
+            // The tangent meets the state it was taken at.
+            let met = &tangent.map * DVector::from_column_slice(&a)
+                + &tangent.offset
+                + tangent.contact.as_ref().map_or(DVector::zeros(observed.len()), |c| &c.reach * &forces);
+            assert!((met - DVector::from_column_slice(&observed)).amax() < 1e-10);
+            let h = 1e-4;
+            for muscle in 0..3 {
+                let moved = |step: f64| {
+                    let mut b = a;
+                    b[muscle] += step;
+                    at_rest(&model, &sites, &b)
+                };
+                let (hi, lo) = (moved(h), moved(-h));
+                let same = |f: &DVector<f64>| (0..f.len()).all(|i| (f[i] > 0.) == (forces[i] > 0.));
+                assert!(same(&hi.1) && same(&lo.1), "the difference stays on one piece");
+                for row in 0..observed.len() {
+                    let difference = (hi.0[row] - lo.0[row]) / (2. * h);
+                    let error = (jacobian[(row, muscle)] - difference).abs() / jacobian.amax();
+                    assert!(error < 1e-6, "{law:?} contact {contact} muscle {muscle} row {row}: {error:e}");
+                }
+            }
+        }
+    }
+}
+
+fn target(face: &Face, observed: &[f64], effort: f64) -> Target {
+    let markers = face.landmarks.iter().zip(observed.chunks_exact(3)).map(|(landmark, d)| Marker {
+        name: landmark.name.clone(),
+        at: Place::Landmark(landmark.name.clone()),
+        goal: Goal::Displacement([Some(d[0]), Some(d[1]), Some(d[2])]),
+        sigma_mm: 0.1,
+    });
+    Target { markers: markers.collect(), effort, ..Target::default() }
+}
+
+#[test]
+fn every_start_finds_the_activations_that_made_the_target() {
+    // Same mesh on purpose: what is tested is the search, not the accuracy of the model.
+    for law in [MuscleLaw::Reinforced, MuscleLaw::Orthotropic] {
+        for (mode, contact) in [(ContactMode::Off, false), (ContactMode::Reactions, true)] {
+            let (face, model) = model(law, contact);
+            let sites: Vec<Site> = face.landmarks.iter().map(|l| l.site.clone()).collect();
+            let wanted = [0.8, 0.3, 0.4];
+            let target = target(&face, &at_rest(&model, &sites, &wanted).0, 0.);
+            let observations = Observations::resolve(&target, &face, |_| Err(0.)).unwrap();
+            let problem = ActivatedProblem::new(&model, &target, &observations, mode);
+            for start in [[0., 0., 0.], [1., 1., 1.], [0.5, 0.5, 0.5], [1., 0., 0.], [0., 1., 1.]] {
+                let found = problem.solve(DVector::from_column_slice(&start), |_| {}).unwrap();
+                assert_eq!(found.solution.status, Status::Solved, "{law:?} {mode:?} from {start:?}");
+                assert!(found.solution.certificate.worst() <= 1e-8);
+                for (value, wanted) in found.solution.activations.values.iter().zip(wanted) {
+                    assert!(
+                        (value - wanted).abs() < 1e-5,
+                        "{law:?} {mode:?} from {start:?}: {value} {wanted}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn an_unreachable_target_is_solved_at_its_bounds_with_falling_objectives() {
+    let (face, model) = model(MuscleLaw::Reinforced, true);
+    let target = target(&face, &[4., 3., 0., -4., 2., 0.], 1e-3);
+    let observations = Observations::resolve(&target, &face, |_| Err(0.)).unwrap();
+    let problem = ActivatedProblem::new(&model, &target, &observations, ContactMode::Reactions);
+    let found = problem.solve(DVector::zeros(3), |_| {}).unwrap();
+    assert_eq!(found.solution.status, Status::Solved);
+    let values = &found.solution.activations.values;
+    assert!(values.contains(&1.), "at its bound exactly: {values:?}");
+    let taken: Vec<&SequentialStep> = found.history.iter().filter(|step| step.taken).collect();
+    assert!(taken.windows(2).all(|w| w[1].objective <= w[0].objective), "{:?}", found.history);
+    assert!(found.solution.active_limits.iter().any(|l| l.name.ends_with("<= 1")));
+}
+
+#[test]
+fn the_answer_differs_from_that_at_fixed_stiffness() {
+    let (face, model) = model(MuscleLaw::Reinforced, false);
+    let sites: Vec<Site> = face.landmarks.iter().map(|l| l.site.clone()).collect();
+    let target = target(&face, &at_rest(&model, &sites, &[0.9, 0.1, 0.1]).0, 0.);
+    let observations = Observations::resolve(&target, &face, |_| Err(0.)).unwrap();
+    let problem = ActivatedProblem::new(&model, &target, &observations, ContactMode::Off);
+    let linear = problem.at_fixed_stiffness(0.5).unwrap().solve(ContactMode::Off).unwrap();
+    let exact = problem.solve(DVector::from_vec(linear.activations.values.clone()), |_| {}).unwrap();
+    let off = (exact.solution.activations.values[0] - linear.activations.values[0]).abs();
+    assert!((exact.solution.activations.values[0] - 0.9).abs() < 1e-5);
+    assert!(off > 0.02, "fixed stiffness errs by {off}");
+}

@@ -1,0 +1,352 @@
+//! The program as its users script it: exit codes, messages, files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn modiolus() -> Command {
+    let mut command = Command::cargo_bin("modiolus").expect("the program");
+    command.current_dir(env!("CARGO_MANIFEST_DIR"));
+    command
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a folder")
+}
+
+fn run(command: &mut Command) -> (i32, String, String) {
+    let output = command.output().expect("it runs");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("an exit code"), text(output.stdout), text(output.stderr))
+}
+
+/// Runs, expects exit code 2, silence on stdout, every one of `parts` on stderr and nothing in `out`.
+fn refused(command: &mut Command, out: &Path, parts: &[&str]) {
+    let (code, stdout, stderr) = run(command);
+    assert_eq!(code, 2, "{stderr}");
+    assert_eq!(stdout, "");
+    for part in parts {
+        assert!(stderr.contains(part), "\"{part}\" is not in: {stderr}");
+    }
+    assert!(!out.exists(), "{} was written", out.display());
+}
+
+fn target(folder: &TempDir, text: &str) -> PathBuf {
+    let path = folder.path().join("t.toml");
+    fs::write(&path, text).expect("written");
+    path
+}
+
+const LEFT_CORNER: &str = r#"name = "left_corner_up"
+unit = "mm"
+effort = 0.1
+
+[[marker]]
+landmark = "cheilion_l"
+displacement_mm = [3.0, 4.0, nan]
+sigma_mm = 1.2
+
+[[bounds]]
+muscle = "*_r"
+max = 0.0
+"#;
+
+/// `solution.json` without its wall times.
+fn timeless(path: &Path) -> String {
+    let text = fs::read_to_string(path).expect("solution.json");
+    let start = text.find("\"timings_s\"").expect("timings");
+    let end = start + text[start..].find('}').expect("their end");
+    text[..start].to_owned() + &text[end..]
+}
+
+#[test]
+fn a_fit_prints_a_table_and_writes_both_files() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    let path = target(&dir, LEFT_CORNER);
+    let (code, stdout, stderr) = run(modiolus().arg("fit").arg(&path).arg("--out").arg(&out));
+    assert_eq!(code, 0, "{stderr}");
+    for part in
+        ["left_corner_up on the standard face: solved", "zygomaticus_major", "subject's left", "Contact"]
+    {
+        assert!(stdout.contains(part), "\"{part}\" is not in: {stdout}");
+    }
+    assert!(stderr.contains("wrote solution.json and face.vtu"), "{stderr}");
+    let json: Value =
+        serde_json::from_str(&fs::read_to_string(out.join("solution.json")).expect("written")).expect("JSON");
+    assert_eq!(json["status"], "solved");
+    assert!(json["residual_mm"]["rms"].as_f64().expect("a number") < 2.0);
+    for residual in ["primal", "dual", "gap"] {
+        assert!(json["certificate"][residual].as_f64().expect("a number") <= 1e-9, "{residual}");
+    }
+    assert_eq!(json["markers"][0]["target_mm"], serde_json::json!([3.0, 4.0, null]));
+    let hash = json["inputs"].as_object().expect("inputs").values().next().expect("one").as_str();
+    assert_eq!(hash, Some(modiolus::io::sha256(LEFT_CORNER.as_bytes()).as_str()));
+    for (name, a) in json["activations"].as_object().expect("activations") {
+        let a = a.as_f64().expect("a number");
+        assert!((0.0..=1.0).contains(&a), "{name} {a}");
+        assert!(!name.ends_with("_r") || a == 0.0, "{name} {a}");
+    }
+    assert!(fs::read(out.join("face.vtu")).expect("written").starts_with(b"<?xml"));
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes_whatever_the_threads() {
+    let dir = folder();
+    let path = target(&dir, LEFT_CORNER);
+    let mut answers = Vec::new();
+    for (run_name, threads) in [("a", "1"), ("b", "2")] {
+        let out = dir.path().join(run_name);
+        modiolus()
+            .env("RAYON_NUM_THREADS", threads)
+            .arg("fit")
+            .arg(&path)
+            .arg("--out")
+            .arg(&out)
+            .assert()
+            .success();
+        answers
+            .push((timeless(&out.join("solution.json")), fs::read(out.join("face.vtu")).expect("written")));
+    }
+    assert!(answers[0].0 == answers[1].0, "solution.json differs");
+    assert!(answers[0].1 == answers[1].1, "face.vtu differs");
+}
+
+#[test]
+fn json_is_the_file_alone() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    let mut command = modiolus();
+    command.args([
+        "forward",
+        "--activate",
+        "zygomaticus_major=0.5,mentalis_l=1",
+        "--contact",
+        "off",
+        "--json",
+    ]);
+    let (code, stdout, _) = run(command.arg("--out").arg(&out));
+    assert_eq!(code, 0);
+    assert_eq!(stdout, fs::read_to_string(out.join("solution.json")).expect("written"));
+    let json: Value = serde_json::from_str(&stdout).expect("JSON");
+    assert_eq!(json["activations"]["zygomaticus_major_l"], 0.5);
+    assert_eq!(json["activations"]["zygomaticus_major_r"], 0.5);
+    assert_eq!(json["activations"]["mentalis_l"], 1.0);
+    assert_eq!(json["activations"]["mentalis_r"], 0.0);
+    assert_eq!(json["contact"], Value::Null);
+    let corner = json["markers"].as_array().expect("points").iter().find(|m| m["name"] == "cheilion_l");
+    let model: Vec<f64> = corner.expect("cheilion_l")["model_mm"]
+        .as_array()
+        .expect("xyz")
+        .iter()
+        .filter_map(Value::as_f64)
+        .collect();
+    assert!(model[1] > 0.5 && model[2] < 0.0, "the corner goes up and back: {model:?}");
+}
+
+/// The map times the activations is what `forward` does without contact.
+#[test]
+fn the_map_is_the_forward_model() {
+    let dir = folder();
+    let (npz, out) = (dir.path().join("map.npz"), dir.path().join("out"));
+    modiolus().args(["map", "--out"]).arg(&npz).assert().success();
+    let mut command = modiolus();
+    command.args([
+        "forward",
+        "--activate",
+        "risorius_l=0.5,buccinator=0.25",
+        "--stiffness",
+        "fixed=0.5",
+        "--contact",
+        "off",
+        "--json",
+        "--out",
+    ]);
+    let (_, stdout, _) = run(command.arg(&out));
+    let json: Value = serde_json::from_str(&stdout).expect("JSON");
+
+    let bytes = fs::read(&npz).expect("written");
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(&bytes[..])).expect("a zip");
+    let mut entry = |name: &str| {
+        let mut npy = Vec::new();
+        std::io::Read::read_to_end(&mut archive.by_name(name).expect("an entry"), &mut npy).expect("read");
+        npy
+    };
+    let muscles: Vec<String> =
+        npyz::NpyFile::new(&entry("muscles.npy")[..]).expect("npy").into_vec().expect("names");
+    let npy = entry("displacement.npy");
+    let file = npyz::NpyFile::new(&npy[..]).expect("npy");
+    let shape = file.shape().to_vec();
+    assert_eq!((shape[0], shape[2]), (muscles.len() as u64, 3));
+    let map: Vec<f64> = file.into_vec().expect("numbers");
+    let stiffness: Vec<f64> =
+        npyz::NpyFile::new(&entry("stiffness.npy")[..]).expect("npy").into_vec().expect("one");
+    assert_eq!(stiffness, [0.5]);
+
+    let rows = 3 * shape[1] as usize;
+    let mut u = vec![0.0; rows];
+    for (muscle, column) in muscles.iter().zip(map.chunks(rows)) {
+        let a = json["activations"][muscle].as_f64().expect("a number");
+        u.iter_mut().zip(column).for_each(|(u, c)| *u += a * c);
+    }
+    let face = modiolus::face::standard(&modiolus::face::standard::Resolution::STANDARD);
+    for marker in json["markers"].as_array().expect("points") {
+        let landmark = face.landmark(marker["name"].as_str().expect("a name")).expect("a landmark");
+        let mapped = landmark.site.displacement(&u);
+        for axis in 0..3 {
+            let direct = marker["model_mm"][axis].as_f64().expect("a number");
+            assert!((mapped[axis] - direct).abs() < 1e-9, "{} {axis}", landmark.name);
+        }
+    }
+}
+
+#[test]
+fn a_face_is_checked_and_exported_and_read_again() {
+    let dir = folder();
+    let out = dir.path().join("face");
+    let (code, stdout, _) = run(modiolus().args(["face", "check", "standard"]));
+    assert_eq!(code, 0);
+    assert!(stdout.contains("usable") && stdout.contains("muscles"), "{stdout}");
+    let mut command = modiolus();
+    command.args(["face", "export", "standard", "--resolution", "coarse", "--out"]);
+    command.arg(&out).assert().success();
+    let (code, stdout, stderr) = run(modiolus().args(["face", "check"]).arg(out.join("face.toml")));
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.contains("usable"), "{stdout}");
+}
+
+#[test]
+fn tied_muscles_with_different_bounds_are_refused_at_their_line() {
+    let dir = folder();
+    let path = target(
+        &dir,
+        &LEFT_CORNER
+            .replace("effort = 0.1\n", "effort = 0.1\ntied = [[\"mentalis_l\", \"mentalis_r\"]]\n")
+            .replace("max = 0.0\n", "max = 0.0\n\n[[bounds]]\nmuscle = \"mentalis_l\"\nmin = 0.5\n"),
+    );
+    let out = dir.path().join("out");
+    let (code, _, stderr) = run(modiolus().arg("fit").arg(&path).arg("--out").arg(&out));
+    assert_eq!(code, 2, "{stderr}");
+    assert!(stderr.contains("t.toml:4") && stderr.contains("mentalis_r"), "{stderr}");
+    assert!(!out.exists());
+}
+
+#[test]
+fn a_target_without_observation_is_no_data() {
+    let dir = folder();
+    let path = target(&dir, &LEFT_CORNER.replace("[3.0, 4.0, nan]", "[nan, nan, nan]"));
+    let out = dir.path().join("out");
+    let (code, stdout, _) = run(modiolus().arg("fit").arg(&path).arg("--json").arg("--out").arg(&out));
+    assert_eq!(code, 1);
+    let json: Value = serde_json::from_str(&stdout).expect("JSON");
+    assert_eq!(json["status"], "no_data");
+    assert_eq!(json["residual_mm"], serde_json::json!({"rms": null, "max": null}));
+    assert!(json["warnings"].to_string().contains("no observed component"));
+}
+
+#[test]
+fn an_unknown_landmark_names_its_line_and_the_nearest() {
+    let dir = folder();
+    let path = target(&dir, &LEFT_CORNER.replace("cheilion_l", "chelion_l"));
+    let out = dir.path().join("out");
+    let parts = ["t.toml:6", "markers[0].landmark", "chelion_l", "cheilion_l"];
+    refused(modiolus().arg("fit").arg(&path).arg("--out").arg(&out), &out, &parts);
+}
+
+#[test]
+fn an_unknown_muscle_in_a_bound_names_its_line() {
+    let dir = folder();
+    let path = target(&dir, &LEFT_CORNER.replace("\"*_r\"", "\"risorio_r\""));
+    let out = dir.path().join("out");
+    let parts = ["t.toml:11", "bounds[0].muscle", "risorio_r", "risorius_r"];
+    refused(modiolus().arg("fit").arg(&path).arg("--out").arg(&out), &out, &parts);
+}
+
+#[test]
+fn a_point_off_the_face_names_its_line() {
+    let dir = folder();
+    let path = target(
+        &dir,
+        &LEFT_CORNER.replace("landmark = \"cheilion_l\"", "name = \"p\"\npoint_mm = [0.0, 0.0, 90.0]"),
+    );
+    let out = dir.path().join("out");
+    let parts = ["t.toml:7", "markers[0].point_mm", "from the face"];
+    refused(modiolus().arg("fit").arg(&path).arg("--out").arg(&out), &out, &parts);
+}
+
+#[test]
+fn a_bad_target_writes_nothing() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    let path = target(&dir, &LEFT_CORNER.replace("\"mm\"", "\"inch\""));
+    let parts = ["error: ", "t.toml:2: unit", "\"inch\"", "unit = \"mm\""];
+    refused(modiolus().arg("fit").arg(&path).arg("--out").arg(&out), &out, &parts);
+    let missing = dir.path().join("none.toml");
+    refused(
+        modiolus().arg("fit").arg(&missing).arg("--out").arg(&out),
+        &out,
+        &["none.toml", "cannot be read"],
+    );
+}
+
+#[test]
+fn a_missing_face_file_is_refused() {
+    let dir = folder();
+    let (out, path) = (dir.path().join("out"), target(&dir, LEFT_CORNER));
+    let mut command = modiolus();
+    command.arg("fit").arg(&path).args(["--face", "no/face.toml", "--out"]).arg(&out);
+    refused(&mut command, &out, &["no/face.toml", "cannot be read"]);
+}
+
+#[test]
+fn bad_arguments_name_the_flag_and_the_remedy() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    for (arguments, parts) in [
+        (
+            &["map", "--out", "m.npz", "--stiffness", "activated"][..],
+            &["--stiffness", "linear only at a held stiffness", "fixed=0.5"][..],
+        ),
+        (&["fit", "t.toml", "--stiffness", "0.5"], &["--stiffness", "activated", "fixed=0.5"]),
+        (&["fit", "t.toml", "--contact", "soft"], &["--contact", "reactions", "kinematic", "off"]),
+        (&["forward", "--activate", "zygomaticus_major_l=50"], &["--activate", "fractions"]),
+        (&["forward", "--activate", "zygomaticus"], &["--activate", "NAME=VALUE"]),
+        (&["forward", "--activate", "zygomatic=0.5"], &["--activate", "zygomatic", "zygomaticus_major_l"]),
+        (&["forward", "--activate", "risorius=0.5,risorius_l=0.5"], &["risorius_l", "twice"]),
+        (
+            &["forward", "--activate", "risorius=1", "--contact", "kinematic"],
+            &["--contact", "reactions or off"],
+        ),
+        (
+            &["face", "export", "standard", "--resolution", "huge"],
+            &["--resolution", "coarse, standard, fine"],
+        ),
+        (&["forward"], &["--activate"]),
+    ] {
+        refused(modiolus().args(arguments).arg("--out").arg(&out), &out, parts);
+    }
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_refused() {
+    let dir = folder();
+    let taken = dir.path().join("taken");
+    fs::write(&taken, "a file").expect("written");
+    let mut command = modiolus();
+    command.args(["forward", "--activate", "risorius=0.5", "--contact", "off", "--out"]).arg(&taken);
+    let (code, stdout, stderr) = run(&mut command);
+    assert_eq!((code, stdout.as_str()), (2, ""), "{stderr}");
+    assert!(stderr.contains("taken") && stderr.contains("--out"), "{stderr}");
+}
+
+#[test]
+fn version_and_help_go_to_stdout() {
+    let (code, stdout, _) = run(modiolus().arg("--version"));
+    assert_eq!((code, stdout.as_str()), (0, concat!("modiolus ", env!("CARGO_PKG_VERSION"), "\n")));
+    let (code, stdout, _) = run(modiolus().args(["fit", "--help"]));
+    assert_eq!(code, 0);
+    assert!(stdout.contains("--stiffness") && stdout.contains("--contact"), "{stdout}");
+}

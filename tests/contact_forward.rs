@@ -1,0 +1,288 @@
+//! Forward contact against closed forms: a confined block, Hertz, and the balance of forces on a face.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use common::{add_quad_traction, grid};
+use modiolus::contact::{Pair, PairKind, Solid, teeth_pairs};
+use modiolus::face::standard::{Resolution, standard};
+use modiolus::face::{ContactReach, Face};
+use modiolus::forward::{
+    Cholesky, ContactResponse, Element, Model, SparseColumn, Stiffness, SymbolicFactor, contact_forces,
+};
+use modiolus::mesh::{CellKind, Mesh, Surface};
+use modiolus::units::Vec3;
+use nalgebra::{DMatrix, DVector, Matrix6};
+
+/// Isotropic stiffness, Voigt with engineering shears.
+fn isotropic(young: f64, poisson: f64) -> Matrix6<f64> {
+    let mu = young / (2. * (1. + poisson));
+    let lambda = 2. * mu * poisson / (1. - 2. * poisson);
+    let mut c = Matrix6::zeros();
+    for i in 0..3 {
+        c[(i, i)] = 2. * mu;
+        c[(i + 3, i + 3)] = mu;
+        for j in 0..3 {
+            c[(i, j)] += lambda;
+        }
+    }
+    c
+}
+
+fn factor(mesh: &Mesh, law: Matrix6<f64>, is_fixed: impl Fn(Vec3, usize) -> bool) -> Cholesky {
+    let mut stiffness = Stiffness::new(mesh.n_nodes(), &mesh.cells, 0);
+    for (index, cell) in mesh.cells.iter().enumerate() {
+        let element = Element::new(cell.kind(), &mesh.cell_points(index).collect::<Vec<_>>()).unwrap();
+        stiffness.add_base(cell.nodes(), &element.stiffness(|_| law));
+    }
+    let values = stiffness.at(&[]);
+    stiffness.finish();
+    let fixed: Vec<bool> =
+        (0..3 * mesh.n_nodes()).map(|dof| is_fixed(mesh.points[dof / 3], dof % 3)).collect();
+    let symbolic = Arc::new(SymbolicFactor::new(stiffness.pattern(), &fixed).unwrap());
+    Cholesky::new(symbolic, &values).unwrap()
+}
+
+fn column(pair: &Pair) -> SparseColumn {
+    pair.row.iter().flat_map(|(n, g)| (0..3).map(move |axis| (3 * n + axis, g[axis]))).collect()
+}
+
+/// The contact rows of `pairs` under one load, whose factor is the only activation.
+fn response(cholesky: &Cholesky, load: &SparseColumn, pairs: &[Pair]) -> ContactResponse {
+    let c = pairs.len();
+    let columns: Vec<SparseColumn> = std::iter::once(load.clone()).chain(pairs.iter().map(column)).collect();
+    let gram = cholesky.gram(&columns);
+    ContactResponse {
+        kinds: pairs.iter().map(|p| p.kind).collect(),
+        gap: DVector::from_iterator(c, pairs.iter().map(|p| p.gap_mm)),
+        approach: gram.view((1, 0), (c, 1)).into_owned(),
+        compliance: gram.view((1, 1), (c, c)).into_owned(),
+        reach: DMatrix::zeros(0, c),
+    }
+}
+
+/// Two triangles a side, outward.
+fn cuboid(lo: Vec3, hi: Vec3) -> Surface {
+    let at = |k: usize| Vec3::from_fn(|axis, _| if k >> axis & 1 == 1 { hi[axis] } else { lo[axis] });
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    Surface { points: (0..8).map(at).collect(), triangles }
+}
+
+#[test]
+fn a_confined_block_meets_a_wall_as_its_closed_form_says() {
+    let (side, height, young, poisson) = (6., 4., 0.015, 0.49);
+    let modulus = young * (1. - poisson) / ((1. + poisson) * (1. - 2. * poisson));
+    let n = 4;
+    // Distorted inside, where the uniform stress must still be met.
+    let mesh = grid(CellKind::Hex8, [n, n, n], |p| {
+        let inside = |x: f64| (std::f64::consts::PI * x).sin();
+        let bump = 0.3 * inside(p.x) * inside(p.y) * inside(p.z);
+        Vec3::new(side * p.x + bump, side * p.y - 0.7 * bump, height * p.z + 0.5 * bump)
+    });
+    let cholesky = factor(&mesh, isotropic(young, poisson), |p, axis| match axis {
+        2 => p.z == 0.,
+        _ => p[axis] == 0. || p[axis] == side,
+    });
+    let front = |p: Vec3| (p.z - height).abs() < 1e-12;
+    let nodes: Vec<usize> = (0..mesh.n_nodes()).filter(|&k| front(mesh.points[k])).collect();
+    let mut unit = vec![0.; 3 * mesh.n_nodes()];
+    for cell in &mesh.cells {
+        let c = cell.nodes();
+        if front(mesh.points[c[4]]) {
+            add_quad_traction(&mesh, [c[4], c[5], c[6], c[7]], |_, outward| outward, &mut unit);
+        }
+    }
+    let load: SparseColumn = unit.iter().copied().enumerate().filter(|(_, v)| *v != 0.).collect();
+    let mut states = [0; 2];
+    for gap in [0., 0.01, 0.08] {
+        let wall =
+            Solid::new(&cuboid(Vec3::new(-20., -20., height + gap), Vec3::new(20. + side, 20. + side, 40.)));
+        let pairs = teeth_pairs(PairKind::UpperTeeth, &wall, &mesh.points, &nodes, &BTreeMap::new(), 1.);
+        assert_eq!(pairs.len(), nodes.len());
+        let contact = response(&cholesky, &load, &pairs);
+        for pressure in [0., 1e-4, 1e-3, 5e-3, 2e-2] {
+            let forces = contact_forces(&contact, &DVector::from_element(1, pressure)).unwrap();
+            let mut force: Vec<f64> = unit.iter().map(|f| pressure * f).collect();
+            for (pair, lambda) in pairs.iter().zip(forces.iter()) {
+                column(pair).iter().for_each(|(dof, g)| force[*dof] += lambda * g);
+            }
+            let u = cholesky.displacements(&[force]).swap_remove(0);
+            let expected = (pressure * height / modulus).min(gap);
+            let pushed_back = (pressure - modulus * gap / height).max(0.);
+            states[usize::from(pushed_back > 0.)] += 1;
+            for (pair, lambda) in pairs.iter().zip(forces.iter()) {
+                let moved = u[3 * pair.node + 2];
+                assert!((moved - expected).abs() < 1e-6 * height, "{gap} {pressure}: {moved} {expected}");
+                assert!((moved - expected).abs() < 1e-6 * expected.max(1e-3), "{moved} {expected}");
+                // The consistent force of a uniform pressure on the node's share of the front.
+                let share = pushed_back * unit[3 * pair.node + 2];
+                assert!((lambda - share).abs() <= 1e-6 * pressure * side, "{lambda} {share}");
+            }
+            let total = forces.sum();
+            assert!((total - pushed_back * side * side).abs() <= 1e-6 * pressure * side * side, "{total}");
+        }
+    }
+    assert!(states[0] > 2 && states[1] > 5, "open and closed states were both met: {states:?}");
+}
+
+#[test]
+fn a_sphere_on_a_half_space_follows_hertz() {
+    let (radius, young, poisson) = (10., 0.015, 0.3);
+    // At the deepest press the contact radius is 1 mm: 8 cells of 1/8 mm, then growing ones out to 32 mm.
+    let (depth, cells_in_radius, far) = (0.1, 8, 32.);
+    let mut axis = vec![0.];
+    let mut step = 1. / f64::from(cells_in_radius);
+    while axis[axis.len() - 1] < far {
+        let last = axis[axis.len() - 1];
+        if last > 1.2 {
+            step *= 1.4;
+        }
+        axis.push(last + step);
+    }
+    let n = axis.len() - 1;
+    let along = |x: f64| axis[(x * n as f64).round() as usize];
+    let mesh = grid(CellKind::Hex8, [n; 3], |p| Vec3::new(along(p.x), along(p.y), -along(1. - p.z)));
+    let size = axis[n];
+    let cholesky = factor(&mesh, isotropic(young, poisson), |p, axis| match axis {
+        2 => p.z == -size,
+        _ => p[axis] == 0. || p[axis] == size,
+    });
+    let pairs: Vec<Pair> = (0..mesh.n_nodes())
+        .filter(|&k| mesh.points[k].z == 0. && mesh.points[k].norm() < 1.6)
+        .map(|node| Pair {
+            kind: PairKind::UpperTeeth,
+            node,
+            row: vec![(node, -Vec3::z())],
+            gap_mm: mesh.points[node].norm_squared() / (2. * radius),
+            rest_overlap_mm: 0.,
+        })
+        .collect();
+    // The sphere comes down instead of a load pulling up.
+    let mut contact = response(&cholesky, &Vec::new(), &pairs);
+    contact.approach.fill(-1.);
+    let plane_modulus = young / (1. - poisson * poisson);
+    let forces = contact_forces(&contact, &DVector::from_element(1, depth)).unwrap();
+    let total = 4. * forces.sum();
+    let hertz = 4. / 3. * plane_modulus * f64::sqrt(radius) * depth.powf(1.5);
+    let edge = pairs.iter().zip(forces.iter()).filter(|(_, f)| **f > 0.);
+    let edge = edge.map(|(p, _)| mesh.points[p.node].norm()).fold(0., f64::max);
+    let gaps = &contact.gap + &contact.approach * depth + &contact.compliance * &forces;
+    let broken = (0..gaps.len()).map(|i| (-gaps[i]).max(gaps[i].min(forces[i]))).fold(0., f64::max);
+    println!(
+        "Hertz: {} nodes, S/a {size:.1}, force {total:.6} N for {hertz:.6} ({:+.2} %), radius {edge:.3}",
+        mesh.n_nodes(),
+        100. * (total / hertz - 1.)
+    );
+    assert!(size >= 30.);
+    assert!((total / hertz - 1.).abs() < 0.05, "{total} for {hertz}");
+    assert!((edge - 1.).abs() <= 0.125 + 1e-12, "contact radius {edge}");
+    assert!(broken < 1e-9, "{broken:e}");
+    // Half the depth: the power 3/2 within what the coarser contact patch allows.
+    let half = 4. * contact_forces(&contact, &DVector::from_element(1, depth / 2.)).unwrap().sum();
+    let power = (total / half).log2();
+    assert!((power - 1.5).abs() < 0.05, "{power}");
+}
+
+fn coarse() -> (Face, Vec<Pair>) {
+    let face = standard(&Resolution::COARSE);
+    let pairs = face.contact_pairs(ContactReach::default());
+    (face, pairs)
+}
+
+#[test]
+fn pressed_lips_push_each_other_equally_and_supports_carry_the_rest() {
+    let (face, pairs) = coarse();
+    let model = Model::new(&face, pairs).unwrap();
+    let names = model.muscles();
+    let a: Vec<f64> = names
+        .iter()
+        .map(|n| {
+            if n.starts_with("orbicularis_oris") {
+                0.8
+            } else if n.starts_with("mentalis") {
+                0.6
+            } else {
+                0.
+            }
+        })
+        .collect();
+    let stiff = model.at(&a).unwrap();
+    let contact = stiff.response(&[]).contact.unwrap();
+    let rest = stiff.equilibrium(Some(&contact)).unwrap();
+    let (u, forces) = (&rest.displacement, &rest.contact_forces);
+
+    let gaps: Vec<f64> = model.pairs().iter().map(|p| p.gap_mm + p.change_mm(u)).collect();
+    let broken = gaps.iter().zip(forces.iter()).map(|(g, f)| (-g).max(-f).max(g.min(*f))).fold(0., f64::max);
+    assert!(broken < 1e-9, "0 <= force _|_ gap >= 0, from the displacement field: {broken:e}");
+
+    let points = &face.mesh.points;
+    let (mut pressed, mut lips, mut lip_moment) = (0., Vec3::zeros(), Vec3::zeros());
+    let mut teeth = Vec3::zeros();
+    for (pair, &lambda) in model.pairs().iter().zip(forces.iter()) {
+        for (node, g) in &pair.row {
+            if pair.kind == PairKind::Lips {
+                lips += lambda * g;
+                lip_moment += lambda * points[*node].cross(g);
+            } else {
+                teeth += lambda * g;
+            }
+        }
+        pressed += if pair.kind == PairKind::Lips { lambda } else { 0. };
+    }
+    println!("lips press with {pressed:.3} N, teeth push {teeth:?}");
+    assert!(pressed > 0.05 && teeth.norm() > 0.05, "{pressed} {teeth:?}");
+    assert!(lips.norm() < 1e-12 * pressed && lip_moment.norm() < 1e-9 * pressed, "{lips:?} {lip_moment:?}");
+
+    // Everything that is not held by the tissue's own equilibrium is a reaction of the bones.
+    let mut out_of_balance = model.stiffness().pattern().multiply(&model.stiffness_at(&a), u);
+    for (load, value) in model.loads().iter().zip(&a) {
+        load.iter().for_each(|(dof, f)| out_of_balance[*dof] -= value * f);
+    }
+    for (pair, &lambda) in model.pairs().iter().zip(forces.iter()) {
+        column(pair).iter().for_each(|(dof, g)| out_of_balance[*dof] -= lambda * g);
+    }
+    let free = model.symbolic().free();
+    let worst = free.iter().map(|&dof| out_of_balance[dof].abs()).fold(0., f64::max);
+    assert!(worst < 1e-9, "free nodes are in equilibrium: {worst:e}");
+    let mut reaction = Vec3::zeros();
+    out_of_balance.iter().enumerate().for_each(|(dof, f)| reaction[dof % 3] += f);
+    let mut muscles = Vec3::zeros();
+    for (load, value) in model.loads().iter().zip(&a) {
+        load.iter().for_each(|(dof, f)| muscles[dof % 3] += value * f);
+    }
+    assert!((reaction + muscles + teeth).norm() < 1e-9, "{reaction:?} {muscles:?} {teeth:?}");
+}
+
+#[test]
+fn gaps_linearised_where_the_tissue_went_settle_on_the_true_surfaces() {
+    let (face, pairs) = coarse();
+    let reach = ContactReach::default();
+    let (same, overlap) = face.contact_pairs_at(reach, &pairs, &vec![0.; 3 * face.mesh.n_nodes()]);
+    assert_eq!(overlap, 0.);
+    assert!(same.iter().zip(&pairs).all(|(a, b)| a.row == b.row && a.gap_mm == b.gap_mm));
+
+    let model = Model::new(&face, pairs.clone()).unwrap();
+    let a: Vec<f64> = model
+        .muscles()
+        .iter()
+        .map(|n| if n.starts_with("zygomaticus") || n.starts_with("risorius") { 0.7 } else { 0. })
+        .collect();
+    let stiff = model.at(&a).unwrap();
+    let settled = stiff.settle(&face, reach, &pairs, &a).unwrap();
+    println!("{} rounds, overlap {:.4} mm", settled.rounds, settled.penetration_mm);
+    assert!(settled.settled && settled.rounds > 1);
+    let (u, forces) = (&settled.equilibrium.displacement, &settled.equilibrium.contact_forces);
+    assert!(forces.sum() > 0.01, "{}", forces.sum());
+    // The candidates found where the tissue now is: their gaps there are distances, not extrapolations.
+    let (there, overlap) = face.contact_pairs_at(reach, &pairs, u);
+    assert!(overlap <= 1e-2 && overlap == settled.penetration_mm, "{overlap}");
+    for (pair, force) in settled.pairs.iter().zip(forces.iter()).filter(|(_, f)| **f > 1e-6) {
+        let now = there.iter().find(|p| (p.kind, p.node) == (pair.kind, pair.node)).unwrap();
+        let gap = now.gap_mm + now.change_mm(u);
+        assert!(gap.abs() < 2e-2, "node {} presses with {force} N at {gap} mm", pair.node);
+    }
+}

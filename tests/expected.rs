@@ -1,0 +1,58 @@
+//! Every shipped target is solved to its certificate and gives what its file states.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+fn targets() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("targets");
+    let mut found: Vec<PathBuf> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .collect();
+    found.sort();
+    assert_eq!(found.len(), 7, "{found:?}");
+    found
+}
+
+/// Fits every target on `face` (a path or `standard`), whose name in the target files is `name`.
+fn hold(face: &str, name: &str) {
+    let out = tempfile::tempdir().unwrap();
+    for target in targets() {
+        let output = Command::new(env!("CARGO_BIN_EXE_modiolus"))
+            .arg("fit")
+            .arg(&target)
+            .args(["--face", face, "--json", "--out"])
+            .arg(out.path())
+            .output()
+            .unwrap();
+        let what = format!("{} on {name}", target.file_stem().unwrap().to_string_lossy());
+        assert!(output.status.success(), "{what}: {}", String::from_utf8_lossy(&output.stderr));
+        let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(answer["status"], "solved", "{what}");
+        for residual in ["primal", "dual", "gap"] {
+            assert!(answer["certificate"][residual].as_f64().unwrap() <= 1e-9, "{what}: {residual}");
+        }
+        assert!(answer["contact"]["max_penetration_mm"].as_f64().unwrap() <= 1e-6, "{what}");
+        for (muscle, a) in answer["activations"].as_object().unwrap() {
+            assert!((0. ..=1.).contains(&a.as_f64().unwrap()), "{what}: {muscle} {a}");
+        }
+        let expected = &answer["expected"];
+        assert_eq!(expected["met"], true, "{what}: {expected}");
+    }
+}
+
+#[test]
+fn the_standard_face_gives_what_the_targets_state() {
+    hold("standard", "standard");
+}
+
+#[test]
+#[ignore = "needs MODIOLUS_DATA"]
+fn the_badin_face_gives_what_the_targets_state() {
+    assert!(std::env::var_os("MODIOLUS_DATA").is_some(), "MODIOLUS_DATA names the data folder");
+    let face = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/badin/face.toml");
+    hold(face.to_str().unwrap(), "badin");
+}
