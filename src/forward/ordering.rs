@@ -8,8 +8,7 @@ use super::{ForwardError, Pattern};
 /// and Kumar 1998) of the graph of the nodes, which is a ninth of the dofs' graph, in
 /// elimination-tree postorder so that the columns of a supernode are neighbours.
 ///
-/// On a block of 112,000 dofs it halves the factor of minimum degree and factorises it in a fifth of
-/// the time.
+/// Minimum degree fills more on tissue as thick as a face's.
 ///
 /// # Errors
 /// [`ForwardError::Factorisation`] when the graph has more edges than 32-bit indices can count.
