@@ -4,7 +4,9 @@ use std::path::Path;
 
 use modiolus::face::standard::{Resolution, standard};
 use modiolus::forward::Model;
-use modiolus::inverse::{ActivatedProblem, ActivatedSolution, ContactMode, Observations, Status};
+use modiolus::inverse::{
+    ActivatedProblem, ActivatedSolution, ContactMode, Observations, SequentialStep, Status,
+};
 use modiolus::io::read_target;
 use nalgebra::DVector;
 
@@ -34,6 +36,9 @@ fn five_starts_lead_to_optima_and_different_ones_are_told() {
         for (k, one) in found.iter().enumerate() {
             assert_eq!(one.solution.status, Status::Solved, "{name} from start {k}: {:?}", one.history);
             assert!(one.solution.certificate.worst() <= 1e-8, "{name} from start {k}");
+            // A step that makes it worse is never taken; rounding is 1e-12 of the objective.
+            let falls = |w: &[SequentialStep]| w[1].objective <= w[0].objective * (1. + 1e-11);
+            assert!(one.history.windows(2).all(falls), "{name} from start {k}: {:?}", one.history);
         }
         let steps: Vec<usize> = found.iter().map(|one| one.history.len()).collect();
         let answers: Vec<DVector<f64>> =
