@@ -11,7 +11,7 @@ use modiolus::contact::PairKind;
 use modiolus::face::ContactReach;
 use modiolus::face::standard::{Resolution, standard};
 use modiolus::forward::{ContactResponse, Model, Response, Touching, contact_forces};
-use modiolus::inverse::{ContactMode, Observations, Problem, Solution, Status};
+use modiolus::inverse::{ContactMode, Observations, Problem, RelaxationEnd, Solution, Status};
 use modiolus::io::read_target;
 use modiolus::mesh::Locator;
 use modiolus::qp::{self, Answer};
@@ -113,8 +113,9 @@ fn local_answers_lie_between_the_global_one_and_nothing_below_the_relaxation() {
         assert!(solution.objective >= best - 1e-9 * best, "trial {trial}: better than every state");
         let relaxed = solution.objective - solution.contact.relaxation_gap;
         assert!(relaxed <= best + 1e-9 * (1.0 + best), "trial {trial}: {relaxed} above {best}");
+        // Before any contact is split the bound is that without complementarity; splitting only raises it.
         let bound = on_state(&response, &d, wish.effort, &|_| true, &|_| false).unwrap();
-        assert!((relaxed - bound).abs() <= 1e-8 * (1.0 + bound), "trial {trial}: {relaxed}, not {bound}");
+        assert!(relaxed >= bound - 1e-8 * (1.0 + bound), "trial {trial}: {relaxed} below {bound}");
         reached += usize::from(solution.objective <= best + 1e-8 * (1.0 + best));
         touched += usize::from(solution.contact.active > 0);
     }
@@ -126,7 +127,7 @@ fn local_answers_lie_between_the_global_one_and_nothing_below_the_relaxation() {
 #[test]
 fn a_thousand_small_problems_against_every_contact_state() {
     let mut random = Random(131);
-    let (mut global_optima, mut excess, mut touched, trials) = (0, 0.0_f64, 0, 1000);
+    let (mut before, mut excess, mut touched, mut nodes, trials) = (0, 0.0_f64, 0, 0, 1000);
     for trial in 0..trials {
         let c = 1 + random.below(8);
         let (response, d) = pressing(&mut random, c);
@@ -138,16 +139,21 @@ fn a_thousand_small_problems_against_every_contact_state() {
         assert_eq!(solution.status, Status::Solved, "trial {trial}: {:?}", solution.certificate);
         let best = global(&response, &d, wish.effort);
         let above = solution.objective / best - 1.0;
-        assert!(above >= -1e-9, "trial {trial}: better than every state by {above:e}");
-        global_optima += usize::from(above <= 1e-8);
-        excess = excess.max(above);
+        assert!(above.abs() <= 1e-6, "trial {trial}: {above:e} above the best of every state");
+        assert_eq!(solution.contact.relaxation_end, Some(RelaxationEnd::Closed), "trial {trial}");
+        let tolerance = 1e-6 * best + 1e-10 * 0.5 * d.norm_squared();
+        assert!(solution.contact.relaxation_gap <= 1.01 * tolerance, "trial {trial}: {:?}", solution.contact);
+        let local = (solution.objective + solution.contact.branching_gain) / best - 1.0;
+        before += usize::from(local <= 1e-6);
+        excess = excess.max(local);
+        nodes += solution.contact.relaxation_nodes;
         touched += usize::from(solution.contact.active > 0);
     }
     eprintln!(
-        "{global_optima} of {trials} are global optima, the others up to {excess:.3} above; {touched} touch"
+        "{before} of {trials} are global optima before branching, the others up to {excess:.3} above; all of them \
+         after {nodes} relaxations; {touched} touch"
     );
     assert!(touched > trials * 7 / 10, "{touched}");
-    assert!(global_optima >= trials * 95 / 100, "{global_optima}");
 }
 
 #[test]

@@ -51,7 +51,7 @@ pub(crate) fn run(options: &ForwardOptions) -> Result<Outcome, CliError> {
                 force_n: forces.sum(),
                 max_penetration_mm: linear_penetration_mm,
                 overlap_mm: Some(penetration_mm),
-                relaxation_gap: 0.0,
+                ..ContactJson::default()
             };
             let forces = by_node(face, &pairs, forces.iter().copied());
             (equilibrium.displacement, Some(forces), Some(report))

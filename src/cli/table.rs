@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use modiolus::io::{ContactJson, LinearJson, MarkerJson, SolutionJson};
+use modiolus::io::{ContactJson, LinearJson, MarkerJson, RelaxationEndWord, SolutionJson};
 
 /// Characters of a full bar.
 const BAR: usize = 20;
@@ -128,15 +128,36 @@ fn features(answer: &SolutionJson) -> String {
 }
 
 fn contact(contact: &ContactJson) -> String {
-    let ContactJson { pairs, active, force_n, max_penetration_mm, relaxation_gap, .. } = contact;
+    let ContactJson {
+        pairs,
+        active,
+        force_n,
+        max_penetration_mm,
+        relaxation_gap,
+        relaxation_nodes,
+        relaxation_end,
+        ..
+    } = contact;
     let mut text = format!(
         "Contact\n{active} of {pairs} pairs press with {force_n:.2} N in all; deepest penetration beyond rest {:.3} mm\n",
         tidy(*max_penetration_mm, 3)
     );
-    if *relaxation_gap > 0.0 {
-        text +=
-            &format!("another set of contacts could lower the objective by {relaxation_gap:.3} at most\n");
-    }
+    text += &match relaxation_end {
+        None => String::new(),
+        Some(RelaxationEndWord::Closed) => {
+            format!("no other set of contacts is better ({relaxation_nodes} relaxations)\n")
+        }
+        Some(end) => {
+            let end = match end {
+                RelaxationEndWord::NotConverged => "one did not converge",
+                _ => "then the limit",
+            };
+            format!(
+                "another set of contacts could lower the objective by {relaxation_gap:.3} at most \
+                 ({relaxation_nodes} relaxations, {end})\n"
+            )
+        }
+    };
     text
 }
 

@@ -107,7 +107,8 @@ impl Iterate {
         (0..self.forces.len()).filter(|&i| self.forces[i] > 0.).collect()
     }
 
-    /// This state as an answer; its relaxation gap is that of the tangent.
+    /// This state as an answer; its relaxation gap is that of the tangent: what another contact state could
+    /// gain if the face went on as it does here.
     pub(super) fn solution(
         &self,
         mode: ContactMode,
@@ -116,6 +117,6 @@ impl Iterate {
     ) -> Result<Solution, InverseError> {
         let (point, certificate) = self.optimality(mode, found);
         let bound = self.tangent.bound(mode, &self.terms, found)?;
-        Ok(report::solution(&self.tangent, mode, status, found, &point, certificate, bound))
+        Ok(report::solution(&self.tangent, mode, status, found, &point, certificate, bound.as_ref()))
     }
 }

@@ -4,6 +4,7 @@
 //! [`Problem::new`] -> [`Problem::build`] (the program, to look at) or [`Problem::solve`].
 
 mod activated;
+mod branching;
 mod check;
 mod descent;
 mod detect;
@@ -27,6 +28,7 @@ mod terms;
 mod warning;
 
 pub use activated::ActivatedProblem;
+pub use branching::RelaxationEnd;
 pub use error::TargetError;
 pub use limit::{Constraint, Constraints, Limit, LimitName};
 pub use limits::{ActivationBounds, ContactReactions, KinematicContact, TiedPairs, TrustRegion};

@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use super::branching::Bound;
 use super::detect;
 use super::limit::LimitName;
 use super::pivot::Found;
@@ -55,7 +56,7 @@ pub(super) fn solution(
     found: &Found,
     point: &Point,
     certificate: Certificate,
-    lower_bound: Option<f64>,
+    bound: Option<&Bound>,
 ) -> Solution {
     let activation = point.x.rows(0, problem.n_muscles()).into_owned();
     let contact = problem.contact.as_deref().filter(|_| mode != ContactMode::Off);
@@ -77,11 +78,12 @@ pub(super) fn solution(
         max_mm: residuals.iter().copied().fold(0.0, f64::max),
     };
     let active_limits = active_limits(problem, mode, found, point);
-    let contact = contact
-        .map(|c| {
-            contact_report(c, &state, &forces, lower_bound.map_or(0.0, |bound| (value - bound).max(0.0)))
-        })
-        .unwrap_or_default();
+    let mut contact = contact.map(|c| contact_report(c, &state, &forces)).unwrap_or_default();
+    if let Some(bound) = bound {
+        contact.relaxation_gap = (value - bound.lower).max(0.0);
+        contact.relaxation_nodes = bound.nodes;
+        contact.relaxation_end = Some(bound.end);
+    }
     let mut warnings = detect::before(problem);
     warnings.extend(detect::unreachable(problem, &markers, &active_limits));
     let (names, values) = (problem.muscles.clone(), state.activation.iter().copied().collect());
@@ -128,19 +130,14 @@ fn feature_fits(problem: &Problem, state: &State) -> Vec<FeatureFit> {
     problem.features.iter().map(fit).collect()
 }
 
-fn contact_report(
-    contact: &ContactResponse,
-    state: &State,
-    forces: &DVector<f64>,
-    relaxation_gap: f64,
-) -> ContactReport {
+fn contact_report(contact: &ContactResponse, state: &State, forces: &DVector<f64>) -> ContactReport {
     let gap = &contact.gap + &contact.approach * &state.activation + &contact.compliance * forces;
     ContactReport {
         pairs: contact.gap.len(),
         active: forces.iter().filter(|f| **f > 0.0).count(),
         force_n: forces.sum(),
         max_penetration_mm: gap.iter().fold(0.0, |deepest, g| (-g).max(deepest)),
-        relaxation_gap,
+        ..ContactReport::default()
     }
 }
 

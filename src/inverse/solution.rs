@@ -4,6 +4,7 @@ use std::fmt;
 
 use nalgebra::DVector;
 
+use super::branching::RelaxationEnd;
 use super::warning::Warning;
 use crate::qp::{Certificate, Infeasible};
 use crate::units::Vec3;
@@ -74,8 +75,15 @@ pub struct ContactReport {
     pub force_n: f64,
     /// Deepest penetration beyond the rest overlap, mm.
     pub max_penetration_mm: f64,
-    /// Objective minus the convex lower bound without complementarity, dimensionless.
+    /// Objective minus the best lower bound of any contact state, dimensionless: what another could gain at
+    /// most. Of a nonlinear fit it is about the tangent at the answer.
     pub relaxation_gap: f64,
+    /// Convex relaxations that gave the bound.
+    pub relaxation_nodes: usize,
+    /// How the bounding ended; `None` without contact reactions.
+    pub relaxation_end: Option<RelaxationEnd>,
+    /// By how much branching lowered the objective of the search over neighbouring contact states.
+    pub branching_gain: f64,
 }
 
 /// How one feature was met.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::DVector;
 
+use super::branching::{Bound, branch};
 use super::descent::Landscape;
 use super::limit::Limit;
 use super::limits::TrustRegion;
@@ -11,7 +12,6 @@ use super::piece::{Outcome, Piece};
 use super::pivot::{Failure, Found, Search};
 use super::problem::{ContactMode, InverseError, Problem};
 use super::program::Linearisation;
-use super::relaxation::lower_bound;
 use super::report;
 use super::solution::{Solution, Status};
 use super::term::{State, Term, objective};
@@ -25,6 +25,8 @@ const SETTLED: f64 = 1e-12;
 /// Rise of the objective that is rounding: without it, damping would freeze the activations a square root
 /// of the rounding short of the optimum.
 const LEVEL: f64 = 1e-12;
+/// Share of the objective by which branching must improve terms that are not linear.
+const WORTH: f64 = 1e-6;
 /// Activations to start from, as shares of their range, besides the contact-free optimum.
 const STARTS: [f64; 3] = [0.0, 0.5, 1.0];
 
@@ -34,9 +36,10 @@ pub(super) type Reached = Result<Found, Failure>;
 impl Problem {
     /// Finds the activations.
     ///
-    /// With contact reactions the answer is the best of the local optima reached from a few contact
-    /// states: no neighbouring state improves it, and
-    /// [`relaxation_gap`](super::ContactReport::relaxation_gap) bounds what any other could.
+    /// With contact reactions a search over contact states from a few starts is followed by branch and
+    /// bound: [`relaxation_end`](super::ContactReport::relaxation_end) says whether the answer is the best of
+    /// all contact states, and [`relaxation_gap`](super::ContactReport::relaxation_gap) how much better
+    /// another could be. With terms that are not linear both are about their linearisation at the answer.
     ///
     /// # Errors
     /// [`InverseError`] when the response is malformed. Limits that contradict each other, missing
@@ -58,32 +61,51 @@ impl Problem {
         if self.terms.iter().any(|term| !term.is_linear()) {
             (found, settled) = self.relinearise(mode, found)?;
         }
-        let state = found.optimum.state.clone();
-        let terms = self.linearise(&state);
+        let local = objective(&self.terms, &found.optimum.state);
+        let bound = loop {
+            let terms = self.linearise(&found.optimum.state);
+            let Some(mut bound) = self.bound(mode, &terms, &found)? else { break None };
+            let Some(better) = bound.better.take() else { break Some(bound) };
+            if self.terms.iter().all(|term| term.is_linear()) {
+                found = better;
+                break Some(bound);
+            }
+            // What the linearised terms promise the terms themselves must keep.
+            let value = objective(&self.terms, &found.optimum.state);
+            let (next, next_settled) = self.relinearise(mode, better)?;
+            if objective(&self.terms, &next.optimum.state) >= value * (1.0 - WORTH) {
+                break Some(bound);
+            }
+            (found, settled) = (next, next_settled);
+        };
+        let terms = self.linearise(&found.optimum.state);
         let (point, certificate) = self.certify(mode, &terms, &found)?;
         let status = if certificate.passes() && settled && found.settled {
             Status::Solved
         } else {
             Status::NotConverged
         };
-        let bound = self.bound(mode, &terms, &found)?;
-        Ok(report::solution(self, mode, status, &found, &point, certificate, bound))
+        let mut solution = report::solution(self, mode, status, &found, &point, certificate, bound.as_ref());
+        solution.contact.branching_gain = (local - solution.objective).max(0.0);
+        Ok(solution)
     }
 
-    /// The convex lower bound of the linearised `terms`, where contact makes the problem nonconvex.
+    /// How far the linearised `terms` can go below `found`, where contact makes the problem nonconvex.
     pub(super) fn bound(
         &self,
         mode: ContactMode,
         terms: &Linearisation,
         found: &Found,
-    ) -> Result<Option<f64>, ProblemError> {
+    ) -> Result<Option<Bound>, ProblemError> {
+        let (ContactMode::Reactions, Some(contact)) = (mode, &self.contact) else { return Ok(None) };
         let limits: [&dyn Limit; 2] = [&self.bounds, &self.tied];
-        match (mode, &self.contact) {
-            (ContactMode::Reactions, Some(contact)) => {
-                lower_bound(&self.space, contact, terms, &limits, &found.piece.key()).map(Some)
-            }
-            _ => Ok(None),
-        }
+        let landscape = Landscape { space: &self.space, contact, terms, limits: &limits };
+        branch(landscape, found, self.rest_objective(terms)).map(Some)
+    }
+
+    /// `1/2 sum r^2` of the linearised `terms` at least activations, without contact.
+    fn rest_objective(&self, terms: &Linearisation) -> f64 {
+        terms.residuals(&self.space).objective(&self.bounds.min)
     }
 
     pub(super) fn failed(&self, failure: Failure) -> Solution {
@@ -120,9 +142,8 @@ impl Problem {
             }
             (ContactMode::Reactions, Some(contact)) => contact,
         };
-        let rest_objective = terms.residuals(&free.space).objective(&self.bounds.min);
         let landscape = Landscape { space: &self.space, contact, terms, limits: &limits };
-        let mut search = Search::new(landscape, rest_objective);
+        let mut search = Search::new(landscape, self.rest_objective(terms));
         if let Some(touching) = warm {
             return search.near(touching);
         }

@@ -37,8 +37,8 @@ pub use nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
 pub use obj::read_obj;
 pub use sha256::{FingerprintError, sha256, sha256_of_file};
 pub use solution_json::{
-    CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, MarkerJson, ResidualJson,
-    SolutionJson, StatusWord, solution_schema,
+    CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, MarkerJson, RelaxationEndWord,
+    ResidualJson, SolutionJson, StatusWord, solution_schema,
 };
 pub use target_toml::{
     FieldLines, TargetDocument, TargetFileError, TargetWarning, parse_target, read_target, target_schema,

@@ -7,7 +7,7 @@ use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 
 use super::nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
-use crate::inverse::{ActiveLimit, ContactReport, FeatureFit, MarkerFit, Status};
+use crate::inverse::{ActiveLimit, ContactReport, FeatureFit, MarkerFit, RelaxationEnd, Status};
 use crate::qp::Certificate;
 
 /// An answer as `solution.json` states it. Lengths mm, forces N, times s; byte-identical from run to
@@ -186,8 +186,40 @@ pub struct ContactJson {
     /// Deepest overlap beyond that at rest, mm, measured on the surfaces of the deformed face; null when
     /// it was not measured.
     pub overlap_mm: Option<f64>,
-    /// Objective minus the convex lower bound without complementarity, no unit.
+    /// Objective minus the best lower bound of any contact state, no unit: what another could gain at most.
+    /// Of a nonlinear fit it is about the tangent at the answer.
     pub relaxation_gap: f64,
+    /// Convex relaxations that gave the bound.
+    pub relaxation_nodes: usize,
+    /// How the bounding ended; null when contact states were not searched.
+    pub relaxation_end: Option<RelaxationEndWord>,
+    /// By how much branching lowered the objective of the search over neighbouring contact states, no unit.
+    pub branching_gain: f64,
+}
+
+/// How the bounding of the objective from below ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RelaxationEndWord {
+    /// No set of contacts is better by more than a millionth.
+    Closed,
+    /// The nodes were spent.
+    NodeLimit,
+    /// The cost of the relaxations was spent.
+    CostLimit,
+    /// A relaxation stopped short of its tolerance.
+    NotConverged,
+}
+
+impl From<RelaxationEnd> for RelaxationEndWord {
+    fn from(end: RelaxationEnd) -> Self {
+        match end {
+            RelaxationEnd::Closed => Self::Closed,
+            RelaxationEnd::NodeLimit => Self::NodeLimit,
+            RelaxationEnd::CostLimit => Self::CostLimit,
+            RelaxationEnd::NotConverged => Self::NotConverged,
+        }
+    }
 }
 
 impl From<&ContactReport> for ContactJson {
@@ -199,6 +231,9 @@ impl From<&ContactReport> for ContactJson {
             max_penetration_mm: contact.max_penetration_mm,
             overlap_mm: None,
             relaxation_gap: contact.relaxation_gap,
+            relaxation_nodes: contact.relaxation_nodes,
+            relaxation_end: contact.relaxation_end.map(Into::into),
+            branching_gain: contact.branching_gain,
         }
     }
 }
