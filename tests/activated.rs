@@ -3,12 +3,14 @@
 mod common;
 
 use common::block_face::{block_face, front_pairs};
-use modiolus::face::{Face, MuscleLaw};
+use common::grid;
+use modiolus::face::{Face, Fibre, Landmark, Muscle, MuscleLaw, Support};
 use modiolus::forward::Model;
 use modiolus::inverse::{
     ActivatedProblem, ContactMode, Goal, Marker, Observations, Place, SequentialStep, Status, Target,
 };
-use modiolus::mesh::Site;
+use modiolus::mesh::{CellKind, Site};
+use modiolus::units::Vec3;
 use nalgebra::DVector;
 
 const CELLS: [usize; 3] = [10, 8, 4];
@@ -142,4 +144,48 @@ fn the_answer_differs_from_that_at_fixed_stiffness() {
     let off = (exact.solution.activations.values[0] - linear.activations.values[0]).abs();
     assert!((exact.solution.activations.values[0] - 0.9).abs() < 1e-5);
     assert!(off > 0.02, "fixed stiffness errs by {off}");
+}
+
+#[test]
+fn a_step_that_would_raise_the_objective_is_not_taken() {
+    // A bar that is all muscle shortens by u(a) = a F / (K0 + a K1) with K1 = 17 K0: nearly all of u(1) is there
+    // at small a. For a wish of 0.6 u(1) the tangent at a = 1, far too flat, says a = 0, where u = 0 is
+    // farther off than u(1) was.
+    let mut face = block_face([10, 2, 2]);
+    face.mesh = grid(CellKind::Hex8, [12, 2, 2], |p| Vec3::new(60. * p.x, 12. * p.y - 6., 12. * p.z - 6.));
+    let nodes =
+        |x: f64| -> Vec<usize> { (0..face.mesh.n_nodes()).filter(|&n| face.mesh.points[n].x == x).collect() };
+    let root = nodes(0.);
+    let middle = *nodes(30.).iter().find(|&&n| face.mesh.points[n].yz().norm() < 1e-9).unwrap();
+    let site = Site::node(middle, face.mesh.points[middle]);
+    face.supports = vec![Support { bone: "skull".into(), nodes: root }];
+    face.landmarks = vec![Landmark { name: "pogonion".into(), site }];
+    face.muscles = vec![Muscle {
+        name: "mentalis_l".into(),
+        max_force_n: 0.5,
+        radius_mm: 9.,
+        area_mm2: None,
+        insertion_mm: 10.,
+        fibres: vec![Fibre {
+            points: (0..=60).map(|x| Vec3::new(f64::from(x), 0., 0.)).collect(),
+            closed: false,
+        }],
+    }];
+    let model = Model::new(&face, Vec::new()).unwrap();
+    let sites = [face.landmarks[0].site.clone()];
+    let full = at_rest(&model, &sites, &[1.]).0;
+    let wish: Vec<f64> = full.iter().map(|u| 0.6 * u).collect();
+    let target = target(&face, &wish, 0.);
+    let observations = Observations::resolve(&target, &face, |_| Err(0.)).unwrap();
+    let problem = ActivatedProblem::new(&model, &target, &observations, ContactMode::Off);
+    let found = problem.solve(DVector::from_element(1, 1.), |_| {}).unwrap();
+    let first = found.history[0];
+    assert!(!first.taken && first.change == 1., "to no activation at all: {first:?}");
+    let falls = |w: &[SequentialStep]| w[1].objective <= w[0].objective;
+    assert!(found.history.windows(2).all(falls), "{:?}", found.history);
+    assert!(found.history[1].radius < first.radius);
+    assert_eq!(found.solution.status, Status::Solved);
+    let a = found.solution.activations.values[0];
+    let reached = at_rest(&model, &sites, &[a]).0;
+    assert!((reached[0] / wish[0] - 1.).abs() < 1e-3 && a > 0.02 && a < 0.3, "{a}: {reached:?} for {wish:?}");
 }
