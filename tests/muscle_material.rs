@@ -218,14 +218,23 @@ fn a_known_cross_section_fixes_the_stiffness_whatever_the_radius() {
             let force = k.pattern().multiply(&k.at(&[coefficient]), &u);
             force.iter().zip(&u).map(|(f, u)| f * u).sum()
         };
-        (energy(1.) - energy(0.), volumes[0])
+        (energy(1.) - energy(0.), volumes[0], energy(0.))
     };
+    // Stretched along x alone, tissue of volume V at rest stores V (lambda + 2 mu) strain^2.
+    let modulus = |young_kpa: f64| 1e-3 * young_kpa * 0.51 / (1.49 * 0.02);
+    let at_rest = |muscle: f64| 1e-6 * (muscle * modulus(6.2) + (30. * 36. - muscle) * modulus(15.));
     // At a unit coefficient, 1 N/mm2, and the strain 1e-3.
     let exact = 8. * 30. * 1e-6;
     for radius in [2.5, 3.5, 5.] {
-        let (found, volume) = added(radius, Some(8.));
+        let (found, volume, rest) = added(radius, Some(8.));
         assert!(volume > 1.5 * 240. && (found / exact - 1.).abs() < 1e-9, "{radius}: {found} {volume}");
+        // What is not muscle is passive tissue.
+        assert!((rest / at_rest(240.) - 1.).abs() < 1e-9, "{radius}: {rest} at rest");
     }
-    let (in_full, volume) = added(5., None);
-    assert!((in_full / exact - volume / 240.).abs() < 1e-6, "{in_full} {volume}");
+    // Without a cross-section, or with one that the radius does not hold, all of the tissue is muscle, once.
+    for area in [None, Some(100.)] {
+        let (in_full, volume, rest) = added(5., area);
+        assert!((in_full / exact - volume / 240.).abs() < 1e-6, "{area:?}: {in_full} {volume}");
+        assert!((rest / at_rest(volume) - 1.).abs() < 1e-9, "{area:?}: {rest} at rest");
+    }
 }

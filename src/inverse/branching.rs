@@ -91,8 +91,7 @@ pub(super) fn branch<'a>(
 
 impl Branching<'_> {
     fn run(&mut self, absolute: f64) -> Result<RelaxationEnd, ProblemError> {
-        let start = Working::first(self.landscape.contact.gap.len());
-        self.add(Fixed::default(), &start, 0.0)?;
+        self.add(Fixed::default(), &Working::default(), 0.0)?;
         loop {
             if self.least() >= self.best - RELATIVE * self.best - absolute {
                 return Ok(RelaxationEnd::Closed);

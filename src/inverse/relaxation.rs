@@ -16,8 +16,6 @@ use crate::qp::{self, Answer, Point, ProblemError};
 const ROUNDS: usize = 60;
 /// Contacts added in one round, of each sort.
 const BATCH: usize = 20;
-/// Contacts up to which all of them enter at once.
-const FEW: usize = 40;
 /// Violations below this share of their size are rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -63,14 +61,6 @@ pub(super) enum Relaxation {
 pub(super) struct Cost {
     pub(super) spent: f64,
     pub(super) limit: f64,
-}
-
-impl Working {
-    /// Where a relaxation starts: every contact if there are few, else none.
-    pub(super) fn first(c: usize) -> Self {
-        let all: BTreeSet<usize> = if c <= FEW { (0..c).collect() } else { BTreeSet::new() };
-        Self { gaps: all.clone(), forces: all }
-    }
 }
 
 impl Landscape<'_> {

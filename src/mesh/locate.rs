@@ -154,6 +154,7 @@ impl Locator {
 
 fn newton(kind: CellKind, x: &[Vec3], point: Vec3, start: Vec3) -> Option<Vec3> {
     let mut xi = start;
+    let mut last = f64::INFINITY;
     for _ in 0..NEWTON_STEPS {
         let shape = kind.shape(xi);
         let gap: Vec3 = x.iter().zip(shape).map(|(x, w)| w * x).sum::<Vec3>() - point;
@@ -164,9 +165,12 @@ fn newton(kind: CellKind, x: &[Vec3], point: Vec3, start: Vec3) -> Option<Vec3> 
         if !near {
             return None;
         }
-        if step.abs().max() < 1e-13 {
+        let size = step.abs().max();
+        // In a cell that is flat against its coordinates rounding keeps the steps from getting smaller.
+        if size < 1e-13 || (size < 0.1 * NEARLY_INSIDE && size >= 0.5 * last) {
             return Some(xi);
         }
+        last = size;
         // The map of these kinds is linear, so the first step was the last.
         if kind == CellKind::Tet4 {
             return Some(xi);
@@ -205,6 +209,30 @@ mod tests {
             *p += 3. * Vec3::new(next() - 0.5, next() - 0.5, next() - 0.5);
         }
         mesh
+    }
+
+    #[test]
+    fn a_point_on_an_inner_face_of_flat_cells_is_inside() {
+        // Cells of 10 x 10 mm and 0.1 um: rounding of a coordinate is 1e-9 of their height. What is on the face
+        // between two of them must not be sent to the boundary.
+        let turn = nalgebra::Rotation3::from_euler_angles(0.4, -0.7, 1.1);
+        let mut mesh = block([3, 3, 4]);
+        let (lo, hi) = mesh.bounds();
+        for p in &mut mesh.points {
+            let share = (*p - lo).component_div(&(hi - lo));
+            *p = turn * Vec3::new(30. * share.x, 30. * share.y, 4e-4 * share.z) + Vec3::repeat(300.);
+        }
+        let locator = Locator::new(&mesh);
+        let mut next = numbers();
+        let top = |cell: &Cell| {
+            cell.nodes()[4..].iter().all(|n| mesh.cells.iter().any(|c| c.nodes()[..4].contains(n)))
+        };
+        let inner: Vec<&Cell> = mesh.cells.iter().filter(|cell| top(cell)).collect();
+        for cell in inner.iter().cycle().take(400) {
+            let p = Site::in_cell(cell, Vec3::new(next() - 0.5, next() - 0.5, 1.), &mesh.points).position;
+            let found = locator.containing(p);
+            assert!(found.is_some(), "{p:?} is in no cell");
+        }
     }
 
     #[test]
