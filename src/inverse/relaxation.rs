@@ -175,3 +175,56 @@ fn add_negative(
     chosen.extend(wrong.iter().take(BATCH));
     !wrong.is_empty()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::PairKind;
+    use crate::forward::ContactResponse;
+    use crate::inverse::limits::ActivationBounds;
+    use crate::inverse::program::Linearisation;
+    use crate::inverse::terms::{Effort, MarkerDisplacement};
+
+    /// What is left of `1/2 ((u - 1)^2 + a^2)` with `u = a + lambda_1` where only a force on contact 1 closes
+    /// contact 0.
+    fn relaxed(fixed: &Fixed) -> Relaxation {
+        let contact = Arc::new(ContactResponse {
+            kinds: vec![PairKind::Lips; 2],
+            gap: DVector::from_vec(vec![0.9, 0.5]),
+            approach: DMatrix::zeros(2, 1),
+            compliance: DMatrix::from_row_slice(2, 2, &[1.0, -0.9, -0.9, 1.0]),
+            reach: DMatrix::from_row_slice(3, 2, &[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
+        });
+        let space =
+            Space { observed: DMatrix::from_column_slice(3, 1, &[1.0, 0.0, 0.0]), offset: DVector::zeros(3) };
+        let wish = MarkerDisplacement { point: 0, target_mm: [Some(1.0), None, None], sigma_mm: 1.0 };
+        let rest = State { observed: DVector::zeros(3), activation: DVector::zeros(1) };
+        let effort = Effort { weight: 1.0 };
+        let terms = Linearisation::new([&wish as &dyn crate::inverse::term::Term, &effort], &rest);
+        let bounds = ActivationBounds::unit(1);
+        let limits: [&dyn Limit; 1] = [&bounds];
+        let landscape = Landscape { space: &space, contact: &contact, terms: &terms, limits: &limits };
+        let mut cost = Cost { spent: 0.0, limit: f64::INFINITY };
+        landscape.relaxed(fixed, &Working::default(), &mut cost).expect("a program")
+    }
+
+    #[test]
+    fn forces_that_only_a_proof_asks_for_are_found() {
+        // g_0 = 0.9 + lambda_0 - 0.9 lambda_1 = 0 needs lambda_1 >= 1, which is also what the target wants; the
+        // program with lambda_0 alone has no point.
+        let touching = Fixed { touching: [0].into(), ..Fixed::default() };
+        let Relaxation::Optimum(found) = relaxed(&touching) else { unreachable!("lambda_1 = 1 closes it") };
+        assert!(found.bound.abs() < 1e-9 && found.working.forces.contains(&1), "{found:?}");
+        // Without lambda_1 nothing closes it.
+        let barred = Fixed { touching: [0].into(), open: [1].into() };
+        assert!(matches!(relaxed(&barred), Relaxation::Empty));
+    }
+
+    #[test]
+    fn a_force_enters_for_what_it_does_to_the_target_and_its_work_is_told() {
+        let Relaxation::Optimum(found) = relaxed(&Fixed::default()) else { unreachable!("rest is a point") };
+        // lambda_1 reaches the target alone, across a gap of 0.5 + 1.
+        assert!(found.bound.abs() < 1e-9, "{found:?}");
+        assert!((found.work[1] - 1.5).abs() < 1e-6 && found.work[0].abs() < 1e-6, "{:?}", found.work);
+    }
+}
