@@ -14,8 +14,7 @@ const MOST_NODES: usize = 4000;
 /// Cost of the relaxations before the bound is left as it is: 0.3 to 0.8 s on an Intel Xeon core.
 ///
 /// A program over 300 forces takes about 0.3 s. On a face hundreds of contact forces without complementarity are
-/// as many actuators: after 1.5 s the bound of the smile on the standard face is below 0.003 of 26, so that
-/// more time buys nothing there.
+/// as many actuators that fit anything, so that more time buys nothing there.
 const MOST_COST: f64 = 1.5e8;
 
 /// How the search for a lower bound ended.
