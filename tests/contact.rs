@@ -162,7 +162,7 @@ fn lips(nx: usize, gap: f64, bend: impl Fn(f64) -> f64) -> (Mesh, Vec<usize>, Ve
 fn lips_meet_face_to_face_and_nowhere_else() {
     let (mesh, upper, lower) = lips(3, 0.7, |_| 0.);
     let facets = Facets::of(&mesh);
-    let pairs = lip_pairs(&mesh, &facets, &upper, &lower, 3.);
+    let pairs = lip_pairs(&mesh, &facets, &upper, &lower, 3., None);
     assert_eq!(pairs.len(), 24, "the twelve nodes of either facing side");
     for pair in &pairs {
         assert!((pair.gap_mm - 0.7).abs() < 1e-12, "{pair:?}");
@@ -171,13 +171,13 @@ fn lips_meet_face_to_face_and_nowhere_else() {
         assert!((own - Vec3::new(0., up, 0.)).norm() < 1e-12);
         assert!(pair.row.iter().map(|r| r.1).sum::<Vec3>().norm() < 1e-12, "a pair is in balance: {pair:?}");
     }
-    assert!(lip_pairs(&mesh, &facets, &upper, &lower, 0.6).is_empty());
+    assert!(lip_pairs(&mesh, &facets, &upper, &lower, 0.6, None).is_empty());
 }
 
 #[test]
 fn crossed_lips_touch_and_keep_their_depth() {
     let (mesh, upper, lower) = lips(2, -0.2, |_| 0.);
-    let pairs = lip_pairs(&mesh, &Facets::of(&mesh), &upper, &lower, 3.);
+    let pairs = lip_pairs(&mesh, &Facets::of(&mesh), &upper, &lower, 3., None);
     assert_eq!(pairs.len(), 18);
     for pair in &pairs {
         assert!(pair.gap_mm == 0. && (pair.rest_overlap_mm - 0.2).abs() < 1e-12, "{pair:?}");
@@ -190,10 +190,10 @@ fn crossed_lips_touch_and_keep_their_depth() {
 fn the_gap_of_a_lip_pair_falls_with_the_displacement_as_its_row_says() {
     let (mesh, upper, lower) = lips(3, 0.7, |x| 0.05 * x * x);
     let gaps = |mesh: &Mesh| -> BTreeMap<usize, f64> {
-        let pairs = lip_pairs(mesh, &Facets::of(mesh), &upper, &lower, 3.);
+        let pairs = lip_pairs(mesh, &Facets::of(mesh), &upper, &lower, 3., None);
         pairs.iter().map(|p| (p.node, p.gap_mm)).collect()
     };
-    let pairs = lip_pairs(&mesh, &Facets::of(&mesh), &upper, &lower, 3.);
+    let pairs = lip_pairs(&mesh, &Facets::of(&mesh), &upper, &lower, 3., None);
     let (h, before) = (1e-6, gaps(&mesh));
     let mut checked = 0;
     for pair in &pairs {
@@ -220,7 +220,7 @@ fn mirrored_lips_have_mirrored_pairs() {
                 (a, (0..mesh.n_nodes()).find(|b| (mesh.points[*b] - q).norm() < 1e-12).unwrap())
             })
             .collect();
-        let pairs = lip_pairs(&mesh, &facets, &upper, &lower, 5.);
+        let pairs = lip_pairs(&mesh, &facets, &upper, &lower, 5., None);
         let find = |node: usize| -> &Pair { pairs.iter().find(|p| p.node == node).unwrap() };
         let mut ties = 0;
         for pair in &pairs {

@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use common::{add_quad_traction, grid};
-use modiolus::contact::{Pair, PairKind, Solid, teeth_pairs};
+use modiolus::contact::{Facets, Pair, PairKind, Solid, teeth_pairs};
 use modiolus::face::standard::{Resolution, standard};
-use modiolus::face::{ContactReach, Face};
+use modiolus::face::{ContactReach, ContactSearch, Face};
 use modiolus::forward::{
     Cholesky, ContactResponse, Element, Model, SparseColumn, Stiffness, SymbolicFactor, contact_forces,
 };
@@ -122,6 +122,12 @@ fn a_confined_block_meets_a_wall_as_its_closed_form_says() {
                 let share = pushed_back * unit[3 * pair.node + 2];
                 assert!((lambda - share).abs() <= 1e-6 * pressure * side, "{lambda} {share}");
             }
+            // As pressures on the areas of the nodes it is uniform, corners included.
+            let areas = Facets::of(&mesh).within(&nodes).node_areas(&mesh);
+            for (pair, lambda) in pairs.iter().zip(forces.iter()) {
+                let found = lambda / areas[&pair.node];
+                assert!((found - pushed_back).abs() <= 1e-6 * pressure, "{found} {pushed_back}");
+            }
             let total = forces.sum();
             assert!((total - pushed_back * side * side).abs() <= 1e-6 * pressure * side * side, "{total}");
         }
@@ -233,6 +239,11 @@ fn pressed_lips_push_each_other_equally_and_supports_carry_the_rest() {
         }
         pressed += if pair.kind == PairKind::Lips { lambda } else { 0. };
     }
+    let load = face.contact_load(model.pairs(), forces.as_slice());
+    let gathered = load.force_n.iter().sum::<Vec3>();
+    assert!((gathered - lips - teeth).norm() < 1e-9 && (load.of(PairKind::Lips) - pressed).abs() < 1e-9);
+    let both = load.total_n.values().sum::<f64>();
+    assert!((both - forces.sum()).abs() < 1e-9 && load.pressure_kpa.iter().all(|p| p.is_finite()));
     println!("lips press with {pressed:.3} N, teeth push {teeth:?}");
     assert!(pressed > 0.05 && teeth.norm() > 0.05, "{pressed} {teeth:?}");
     assert!(lips.norm() < 1e-12 * pressed && lip_moment.norm() < 1e-9 * pressed, "{lips:?} {lip_moment:?}");
@@ -260,10 +271,10 @@ fn pressed_lips_push_each_other_equally_and_supports_carry_the_rest() {
 #[test]
 fn gaps_linearised_where_the_tissue_went_settle_on_the_true_surfaces() {
     let (face, pairs) = coarse();
-    let reach = ContactReach::default();
-    let (same, overlap) = face.contact_pairs_at(reach, &pairs, &vec![0.; 3 * face.mesh.n_nodes()]);
-    assert_eq!(overlap, 0.);
-    assert!(same.iter().zip(&pairs).all(|(a, b)| a.row == b.row && a.gap_mm == b.gap_mm));
+    let search = ContactSearch::new(&face, ContactReach::default());
+    let same = search.at(&face, &vec![0.; 3 * face.mesh.n_nodes()]);
+    assert_eq!(same.overlap_mm(), 0.);
+    assert!(pairs.iter().all(|p| same.pairs.iter().any(|q| p.row == q.row && p.gap_mm == q.gap_mm)));
 
     let model = Model::new(&face, pairs.clone()).unwrap();
     let a: Vec<f64> = model
@@ -272,17 +283,18 @@ fn gaps_linearised_where_the_tissue_went_settle_on_the_true_surfaces() {
         .map(|n| if n.starts_with("zygomaticus") || n.starts_with("risorius") { 0.7 } else { 0. })
         .collect();
     let stiff = model.at(&a).unwrap();
-    let settled = stiff.settle(&face, reach, &pairs, &a).unwrap();
+    let settled = stiff.settle(&face, &search, &a, None).unwrap();
     println!("{} rounds, overlap {:.4} mm", settled.rounds, settled.penetration_mm);
     assert!(settled.settled && settled.rounds > 1);
     let (u, forces) = (&settled.equilibrium.displacement, &settled.equilibrium.contact_forces);
     assert!(forces.sum() > 0.01, "{}", forces.sum());
     // The candidates found where the tissue now is: their gaps there are distances, not extrapolations.
-    let (there, overlap) = face.contact_pairs_at(reach, &pairs, u);
+    let there = search.at(&face, u);
+    let overlap = there.overlap_mm();
     assert!(overlap <= 1e-2 && overlap == settled.penetration_mm, "{overlap}");
+    let distances = there.distances();
     for (pair, force) in settled.pairs.iter().zip(forces.iter()).filter(|(_, f)| **f > 1e-6) {
-        let now = there.iter().find(|p| (p.kind, p.node) == (pair.kind, pair.node)).unwrap();
-        let gap = now.gap_mm + now.change_mm(u);
+        let gap = distances[&(pair.kind, pair.node)];
         assert!(gap.abs() < 2e-2, "node {} presses with {force} N at {gap} mm", pair.node);
     }
 }

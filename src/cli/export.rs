@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use modiolus::contact::Pair;
-use modiolus::face::Face;
+use modiolus::contact::PairKind;
+use modiolus::face::{ContactLoad, Face};
 use modiolus::forward::{Deformation, cell_muscles};
-use modiolus::io::{SolutionJson, VtuData, write_atomically, write_vtu};
+use modiolus::io::{ContactJson, SolutionJson, VtuData, write_atomically, write_vtu};
 use modiolus::units::Vec3;
 
 use super::error::CliError;
@@ -22,17 +22,15 @@ pub(crate) struct Answer {
     pub(crate) displacement: Option<Vec<f64>>,
     /// Activations (m) in the face's order.
     pub(crate) activation: Vec<f64>,
-    /// Contact force on each node (n), N, where it was computed.
-    pub(crate) contact_force_n: Option<Vec<f64>>,
+    /// Contact forces and pressures, where they were computed.
+    pub(crate) contact_load: Option<ContactLoad>,
 }
 
-/// Contact forces of `pairs` gathered on the nodes (n) whose gaps they are, N.
-pub(crate) fn by_node(face: &Face, pairs: &[Pair], forces: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut gathered = vec![0.0; face.mesh.n_nodes()];
-    for (pair, force) in pairs.iter().zip(forces) {
-        gathered[pair.node] += force;
-    }
-    gathered
+/// The sums of the contact forces in `json` from the load that they make.
+pub(crate) fn tell_load(json: &mut ContactJson, load: &ContactLoad) {
+    json.upper_teeth_n = load.of(PairKind::UpperTeeth);
+    json.lower_teeth_n = load.of(PairKind::LowerTeeth);
+    json.lips_n = load.of(PairKind::Lips);
 }
 
 /// The warning about a field that linear elasticity does not describe.
@@ -71,14 +69,20 @@ pub(crate) fn export(answer: &Answer, face: &Face, out: &Path, as_json: bool) ->
 
 fn vtu_data(face: &Face, u: &[f64], answer: &Answer) -> VtuData {
     let activation = &answer.activation;
-    let forces = answer.contact_force_n.iter().map(|f| ("contact_force_n".to_owned(), f.clone()));
+    let on_nodes = |load: &ContactLoad| {
+        let force = load.force_n.iter().map(|f| f.norm()).collect();
+        [
+            ("contact_force_n".to_owned(), force),
+            ("contact_pressure_kpa".to_owned(), load.pressure_kpa.clone()),
+        ]
+    };
     let muscles = cell_muscles(face);
     // -1 is passive tissue; 0 is a muscle.
     let ids = muscles.iter().map(|m| m.map_or(-1, |m| m as i64)).collect();
     let active = muscles.iter().map(|m| m.and_then(|m| activation.get(m)).copied().unwrap_or(0.0)).collect();
     VtuData {
         point_vectors: [("displacement".to_owned(), u.to_vec())].into(),
-        point_scalars: forces.collect(),
+        point_scalars: answer.contact_load.iter().flat_map(on_nodes).collect(),
         cell_scalars: [("activation".to_owned(), active)].into(),
         cell_labels: [("muscle_id".to_owned(), ids)].into(),
     }

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use argmin::core::State;
 use indicatif::ProgressBar;
-use modiolus::face::{ContactReach, Face};
+use modiolus::face::{ContactReach, ContactSearch, Face};
 use modiolus::forward::{Deformation, Model};
 use modiolus::inverse::{
-    self, ActivatedProblem, ActivatedSolution, Expected, InverseError, Observations, SequentialState,
-    Solution, Status, Warning,
+    self, ActivatedProblem, ActivatedSolution, ContactFit, Expected, FittedContact, InverseError,
+    Observations, SequentialState, Solution, Status, Warning,
 };
 use modiolus::io::{
     CertificateJson, DeformationJson, ExpectedJson, FeatureJson, LimitJson, LinearJson, MarkerJson,
@@ -21,7 +21,7 @@ use nalgebra::DVector;
 use super::Outcome;
 use super::arguments::{ContactMode, FitOptions, Stiffness};
 use super::error::CliError;
-use super::export::{Answer, beyond_linear, by_node, export};
+use super::export::{Answer, beyond_linear, export, tell_load};
 use super::load::{LoadedFace, fingerprint, load};
 use super::progress::Progress;
 
@@ -33,7 +33,7 @@ const OFF_FACE_MM: f64 = 5.0;
 
 /// An answer with what was learnt on the way.
 struct Found {
-    solution: Solution,
+    fitted: FittedContact,
     steps: Vec<StepJson>,
     linear: Option<LinearJson>,
     others: Vec<OtherJson>,
@@ -70,10 +70,11 @@ pub(crate) fn fit(options: &FitOptions) -> Result<Fitted, CliError> {
     let observations =
         progress.step("read_face", || Observations::resolve(target, face, locate(face))).map_err(at)?;
 
-    let pairs = progress.step("contact_pairs", || match options.contact {
-        ContactMode::Off => Vec::new(),
-        _ => face.contact_pairs(ContactReach::default()),
+    let search = progress.step("contact_pairs", || match options.contact {
+        ContactMode::Off => None,
+        _ => Some(ContactSearch::new(face, ContactReach::default())),
     });
+    let pairs = search.as_ref().map_or_else(Vec::new, |s| s.rest().to_vec());
     let forward = |error| CliError::Forward { face: loaded.called.clone(), error: Box::new(error) };
     let model = progress.step("assemble", || Model::new(face, pairs)).map_err(forward)?;
     let mode = match options.contact {
@@ -93,38 +94,35 @@ pub(crate) fn fit(options: &FitOptions) -> Result<Fitted, CliError> {
             InverseError::Target(error) => at(error),
             other => CliError::Inverse(Box::new(other)),
         })?;
-    let mut found = Found { solution: linear, steps: Vec::new(), linear: None, others: Vec::new() };
-    if stiffness == Stiffness::Activated && !found.solution.activations.values.is_empty() {
-        found = progress
-            .told_step("fit", |bar| activated(problem, &found.solution, &bar))
-            .map_err(|e| CliError::Inverse(Box::new(e)))?;
-    }
-    let solution = &found.solution;
+    let (search, observed) = (search.as_ref(), &observations);
+    let contact = ContactFit { face, search, model: &model, target, observations: observed, mode };
+    let is_nonlinear = stiffness == Stiffness::Activated && !linear.activations.values.is_empty();
+    let found = progress.told_step("fit", |bar| match is_nonlinear {
+        true => activated(problem, contact, &linear, &bar),
+        false => Ok(Found {
+            fitted: contact.fixed(held, linear)?,
+            steps: Vec::new(),
+            linear: None,
+            others: Vec::new(),
+        }),
+    });
+    let found = found.map_err(|e| CliError::Inverse(Box::new(e)))?;
+    let FittedContact { solution, pairs, displacement, overlap_mm, linearisations } = &found.fitted;
 
-    let a = &solution.activations.values;
-    let displacement = match a.is_empty() {
-        true => None,
-        false => Some(progress.step("displace", || {
-            let stiff = match stiffness {
-                Stiffness::Activated => model.at(a),
-                Stiffness::Fixed(held) => model.at(&vec![held; a.len()]),
-            };
-            stiff.map(|stiff| stiff.displacement(a, solution.contact_forces.as_slice()))
-        })),
-    };
-    let displacement = displacement.transpose().map_err(forward)?;
     let solved = solution.status == Status::Solved;
     let heading = format!("{} on {}: {}", target.name, loaded.called, solution.status);
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&target.name));
     let deformation = displacement.as_ref().map(|u| Deformation::of(&face.mesh, u));
     let mut json = solution_json(&found, deformation.as_ref(), options, &document, &loaded, progress);
-    if let (Some(contact), Some(u)) = (&mut json.contact, &displacement) {
-        let (_, overlap_mm) = face.contact_pairs_at(ContactReach::default(), model.pairs(), u);
-        contact.overlap_mm = Some(overlap_mm);
+    let mut contact_load = None;
+    if let Some(contact) = &mut json.contact {
+        (contact.overlap_mm, contact.linearisations) = (*overlap_mm, *linearisations);
+        let load = face.contact_load(pairs, solution.contact_forces.as_slice());
+        tell_load(contact, &load);
+        contact_load = Some(load);
     }
-    let forces = solution.contact_forces.iter().copied();
-    let contact_force_n = json.contact.map(|_| by_node(face, model.pairs(), forces));
-    let answer = Answer { heading, json, displacement, activation: a.clone(), contact_force_n };
+    let (displacement, activation) = (displacement.clone(), solution.activations.values.clone());
+    let answer = Answer { heading, json, displacement, activation, contact_load };
     Ok(Fitted { answer, loaded, out, solved })
 }
 
@@ -151,6 +149,7 @@ fn expected(solution: &Solution, stated: &[Expected], face: &str) -> Option<Expe
 /// The nonlinear answer from the `linear` one and from rest.
 fn activated(
     problem: ActivatedProblem<'_>,
+    contact: ContactFit<'_>,
     linear: &Solution,
     bar: &ProgressBar,
 ) -> Result<Found, InverseError> {
@@ -163,8 +162,9 @@ fn activated(
     let from_linear = problem.solve(start.clone(), tell.clone())?;
     let expected = &linear.observed_mm - &from_linear.start_mm;
     let points = (expected.len() / 3).max(1) as f64;
-    let best = ActivatedSolution::best_of([from_linear, problem.solve(rest, tell)?])?;
-    let off = best.solution.activations.values.iter().zip(&start).map(|(a, b)| (a - b).abs());
+    let mut best = ActivatedSolution::best_of([from_linear, problem.solve(rest, tell.clone())?])?;
+    let fitted = contact.activated(&mut best, tell)?;
+    let off = fitted.solution.activations.values.iter().zip(&start).map(|(a, b)| (a - b).abs());
     let most = off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
     let linear = most.map(|(muscle, activation_off)| LinearJson {
         stiffness: MIDDLE,
@@ -174,7 +174,7 @@ fn activated(
     });
     let steps = best.history.iter().map(StepJson::from).collect();
     let others = best.others.iter().map(OtherJson::from).collect();
-    Ok(Found { solution: best.solution, steps, linear, others })
+    Ok(Found { fitted, steps, linear, others })
 }
 
 fn solution_json(
@@ -185,7 +185,7 @@ fn solution_json(
     loaded: &LoadedFace,
     progress: Progress,
 ) -> SolutionJson {
-    let solution = &found.solution;
+    let solution = &found.fitted.solution;
     let mut warnings: Vec<String> = document.warnings.iter().map(ToString::to_string).collect();
     // The file's own warning about a zero names the line.
     let told = |w: &&Warning| !matches!(w, Warning::ExactZero { .. });

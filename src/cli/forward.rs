@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use modiolus::face::ContactReach;
+use modiolus::face::{ContactReach, ContactSearch};
 use modiolus::forward::{Deformation, Model, SettledContact};
 use modiolus::io::{ContactJson, MarkerJson, ResidualJson, SolutionJson, StatusWord};
 use modiolus::mesh::Site;
@@ -11,7 +11,7 @@ use super::Outcome;
 use super::activation_list::resolve;
 use super::arguments::{ContactMode, ForwardOptions, Stiffness};
 use super::error::CliError;
-use super::export::{Answer, beyond_linear, by_node, export};
+use super::export::{Answer, beyond_linear, export, tell_load};
 use super::load::load;
 use super::progress::Progress;
 
@@ -22,11 +22,11 @@ pub(crate) fn run(options: &ForwardOptions) -> Result<Outcome, CliError> {
     let muscles: Vec<String> = face.muscles.iter().map(|m| m.name.clone()).collect();
     let activation = resolve(&options.activate, &muscles)?;
 
-    let reach = ContactReach::default();
-    let pairs = progress.step("contact_pairs", || match options.contact {
-        ContactMode::Off => Vec::new(),
-        _ => face.contact_pairs(reach),
+    let search = progress.step("contact_pairs", || match options.contact {
+        ContactMode::Off => None,
+        _ => Some(ContactSearch::new(face, ContactReach::default())),
     });
+    let pairs = search.as_ref().map_or_else(Vec::new, |s| s.rest().to_vec());
     let forward = |error| CliError::Forward { face: loaded.called.clone(), error: Box::new(error) };
     let model = progress.step("assemble", || Model::new(face, pairs)).map_err(forward)?;
     let held = match options.common.stiffness {
@@ -35,26 +35,28 @@ pub(crate) fn run(options: &ForwardOptions) -> Result<Outcome, CliError> {
     };
     let fixed = progress.step("factorise", || model.at(&held)).map_err(forward)?;
     let mut warnings = Vec::new();
-    let (u, forces, contact) = match options.contact {
-        ContactMode::Off => (progress.step("displace", || fixed.displacement(&activation, &[])), None, None),
-        _ => {
-            let settled =
-                progress.step("contact", || fixed.settle(face, reach, model.pairs(), &activation))?;
+    let (u, contact_load, contact) = match &search {
+        None => (progress.step("displace", || fixed.displacement(&activation, &[])), None, None),
+        Some(search) => {
+            let settled = progress.step("contact", || fixed.settle(face, search, &activation, None))?;
             if !settled.settled {
                 warnings.push(unsettled(settled.penetration_mm));
             }
-            let SettledContact { pairs, equilibrium, linear_penetration_mm, penetration_mm, .. } = settled;
+            let SettledContact { pairs, equilibrium, linear_penetration_mm, penetration_mm, rounds, .. } =
+                settled;
             let forces = equilibrium.contact_forces;
-            let report = ContactJson {
+            let load = face.contact_load(&pairs, forces.as_slice());
+            let mut report = ContactJson {
                 pairs: forces.len(),
                 active: forces.iter().filter(|f| **f > 0.0).count(),
                 force_n: forces.sum(),
                 max_penetration_mm: linear_penetration_mm,
                 overlap_mm: Some(penetration_mm),
+                linearisations: rounds,
                 ..ContactJson::default()
             };
-            let forces = by_node(face, &pairs, forces.iter().copied());
-            (equilibrium.displacement, Some(forces), Some(report))
+            tell_load(&mut report, &load);
+            (equilibrium.displacement, Some(load), Some(report))
         }
     };
 
@@ -91,7 +93,7 @@ pub(crate) fn run(options: &ForwardOptions) -> Result<Outcome, CliError> {
         version: env!("CARGO_PKG_VERSION").to_owned(),
     };
     let heading = format!("Activations on {}", loaded.called);
-    let answer = Answer { heading, json, displacement: Some(u), activation, contact_force_n: forces };
+    let answer = Answer { heading, json, displacement: Some(u), activation, contact_load };
     let text = export(&answer, face, &options.out, options.json)?;
     Ok(Outcome { text, solved: true })
 }

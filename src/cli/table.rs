@@ -128,20 +128,19 @@ fn features(answer: &SolutionJson) -> String {
 }
 
 fn contact(contact: &ContactJson) -> String {
-    let ContactJson {
-        pairs,
-        active,
-        force_n,
-        max_penetration_mm,
-        relaxation_gap,
-        relaxation_nodes,
-        relaxation_end,
-        ..
-    } = contact;
+    let ContactJson { pairs, active, force_n, upper_teeth_n, lower_teeth_n, lips_n, .. } = contact;
+    let ContactJson { max_penetration_mm, overlap_mm, .. } = contact;
+    let ContactJson { relaxation_gap, relaxation_nodes, relaxation_end, .. } = contact;
     let mut text = format!(
         "Contact\n{active} of {pairs} pairs press with {force_n:.2} N in all; deepest penetration beyond rest {:.3} mm\n",
         tidy(*max_penetration_mm, 3)
     );
+    text += &format!(
+        "upper teeth {upper_teeth_n:.2} N, lower teeth {lower_teeth_n:.2} N, lip on lip {lips_n:.2} N\n"
+    );
+    if let Some(overlap) = overlap_mm {
+        text += &format!("overlap of the deformed surfaces beyond rest {:.3} mm\n", tidy(*overlap, 3));
+    }
     text += &match relaxation_end {
         None => String::new(),
         Some(RelaxationEndWord::Closed) => {

@@ -58,6 +58,40 @@ impl Facets {
         }
         normals.into_iter().filter_map(|(node, n)| Some((node, n.try_normalize(0.)?))).collect()
     }
+
+    /// Area that belongs to each node, mm²: the integral of its shape function over its facets, so that a
+    /// uniform pressure `p` loads node `i` with `p A_i`.
+    pub fn node_areas(&self, mesh: &Mesh) -> BTreeMap<usize, f64> {
+        let mut areas = BTreeMap::new();
+        for facet in &self.corners {
+            let corners: Vec<Vec3> = facet.iter().map(|&node| mesh.points[node]).collect();
+            for (node, area) in facet.iter().zip(corner_areas(&corners)) {
+                *areas.entry(*node).or_insert(0.) += area;
+            }
+        }
+        areas
+    }
+}
+
+/// What each corner of a facet has of its area, mm²: the integral of its linear or bilinear shape function,
+/// exact for triangles and plane quadrilaterals (2 x 2 Gauss points).
+fn corner_areas(corners: &[Vec3]) -> Vec<f64> {
+    let &[a, b, c, d] = corners else {
+        let area = (1..corners.len().saturating_sub(1))
+            .map(|k| (corners[k] - corners[0]).cross(&(corners[k + 1] - corners[0])).norm() / 2.)
+            .sum::<f64>();
+        return vec![area / corners.len() as f64; corners.len()];
+    };
+    let mut areas = vec![0.; 4];
+    let g = 0.5 / 3f64.sqrt();
+    for (x, y) in [(0.5 - g, 0.5 - g), (0.5 + g, 0.5 - g), (0.5 + g, 0.5 + g), (0.5 - g, 0.5 + g)] {
+        let along_x = (1. - y) * (b - a) + y * (c - d);
+        let along_y = (1. - x) * (d - a) + x * (c - b);
+        let area = along_x.cross(&along_y).norm() / 4.;
+        let shape = [(1. - x) * (1. - y), x * (1. - y), x * y, (1. - x) * y];
+        areas.iter_mut().zip(shape).for_each(|(sum, n)| *sum += n * area);
+    }
+    areas
 }
 
 /// Area times unit normal, mm²: the sum over a fan about the middle of the facet.

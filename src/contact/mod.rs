@@ -16,5 +16,5 @@ pub use facet::{Facets, Patch};
 pub use lips::lip_pairs;
 pub use pair::{Pair, PairKind};
 pub use solid::{Projection, Solid};
-pub use teeth::teeth_pairs;
+pub use teeth::{teeth_pairs, teeth_planes};
 pub use teeth_error::{BoundaryLoop, EdgeAt, Piece, TeethError, TeethWarning};

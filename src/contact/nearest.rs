@@ -48,6 +48,8 @@ pub(super) struct Nearest {
     face_normals: Vec<Vec3>,
     edge_normals: HashMap<(usize, usize), Vec3>,
     vertex_normals: Vec<Vec3>,
+    /// Triangles about each vertex.
+    about: Vec<Vec<u32>>,
 }
 
 impl Nearest {
@@ -57,7 +59,9 @@ impl Nearest {
         let mut vertex_normals = vec![Vec3::zeros(); surface.points.len()];
         let mut face_normals = Vec::with_capacity(surface.triangles.len());
         let mut boxes = Vec::with_capacity(surface.triangles.len());
-        for t in &surface.triangles {
+        let mut about: Vec<Vec<u32>> = vec![Vec::new(); surface.points.len()];
+        for (index, t) in surface.triangles.iter().enumerate() {
+            t.iter().for_each(|&v| about[v].push(index as u32));
             let p = t.map(|v| surface.points[v]);
             boxes.push(Aabb::from_points(p.map(|q| Vector::new(q.x, q.y, q.z))));
             let normal = (p[1] - p[0]).cross(&(p[2] - p[0])).try_normalize(0.).unwrap_or_else(Vec3::zeros);
@@ -73,7 +77,7 @@ impl Nearest {
         edge_normals.values_mut().for_each(unit);
         vertex_normals.iter_mut().for_each(unit);
         let bvh = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
-        Self { surface, bvh, face_normals, edge_normals, vertex_normals }
+        Self { surface, bvh, face_normals, edge_normals, vertex_normals, about }
     }
 
     pub(super) fn surface(&self) -> &Surface {
@@ -111,6 +115,55 @@ impl Nearest {
             }
         }
         hits
+    }
+
+    /// The local minima of the distance from `p` over the surface, no farther than `reach`, in the order of
+    /// the triangles: the foot on a triangle from which no triangle about it leads closer. A convex surface
+    /// has one, a groove one on either flank.
+    pub(super) fn feet(&self, p: Vec3, reach: f64) -> Vec<Hit> {
+        let mut leaves: Vec<u32> = self.bvh.leaves(|node| box_distance(node, p) <= reach).collect();
+        leaves.sort_unstable();
+        let mut feet: Vec<Hit> = Vec::new();
+        for leaf in leaves {
+            let triangle = leaf as usize;
+            let at = closest_on_triangle(p, self.corners(triangle));
+            let distance = (p - at.point).norm();
+            let is_new = || feet.iter().all(|f| (f.at.point - at.point).norm() > TIE_MM);
+            if distance <= reach && is_new() && self.is_foot(p, triangle, at.feature, distance) {
+                feet.push(Hit { triangle, at, distance, normal: self.normal(triangle, at.feature) });
+            }
+        }
+        feet
+    }
+
+    /// Whether no triangle that shares `feature` of `triangle` is closer to `p` than `distance`.
+    fn is_foot(&self, p: Vec3, triangle: usize, feature: Feature, distance: f64) -> bool {
+        let t = self.surface.triangles[triangle];
+        let shared = match feature {
+            Feature::Face => return true,
+            Feature::Edge(k) => vec![t[k], t[(k + 1) % 3]],
+            Feature::Vertex(k) => vec![t[k]],
+        };
+        self.about[shared[0]].iter().all(|&other| {
+            let corners = self.surface.triangles[other as usize];
+            !shared.iter().all(|v| corners.contains(v))
+                || (p - closest_on_triangle(p, self.corners(other as usize)).point).norm()
+                    >= distance - TIE_MM
+        })
+    }
+
+    /// The triangles within `reach` of the point of `foot`, ascending, each with its point closest to that.
+    pub(super) fn adjoining(&self, foot: &Hit, reach: f64) -> Vec<Hit> {
+        let p = foot.at.point;
+        let mut leaves: Vec<u32> = self.bvh.leaves(|node| box_distance(node, p) <= reach).collect();
+        leaves.sort_unstable();
+        let hit = |leaf: u32| {
+            let triangle = leaf as usize;
+            let at = closest_on_triangle(p, self.corners(triangle));
+            let distance = (p - at.point).norm();
+            (distance <= reach).then(|| Hit { triangle, at, distance, normal: self.face_normals[triangle] })
+        };
+        leaves.into_iter().filter_map(hit).collect()
     }
 
     /// How often the closed surface winds round `p`: 0 outside, 1 inside, 2 where it overlaps itself.

@@ -34,6 +34,11 @@ pub struct Pair {
 }
 
 impl Pair {
+    /// The coefficient of the node itself: the normal that it is pushed along.
+    pub fn normal(&self) -> Vec3 {
+        self.row.iter().find(|(node, _)| *node == self.node).map_or(Vec3::zeros(), |(_, g)| *g)
+    }
+
     /// Change of the gap, mm, under the displacement field `u` (3n, node-major xyz, mm).
     pub fn change_mm(&self, u: &[f64]) -> f64 {
         self.row.iter().map(|(n, g)| g.x * u[3 * n] + g.y * u[3 * n + 1] + g.z * u[3 * n + 2]).sum()

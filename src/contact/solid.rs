@@ -8,6 +8,20 @@ use crate::units::Vec3;
 /// Cosine between a facing triangle's normal and the direction it must face, at most.
 const FACING: f64 = -0.25;
 
+/// Triangles this close to a foot touch what touches the foot, mm.
+pub(super) const ADJOINING_MM: f64 = 0.05;
+
+/// How much nearer than the solid the plane of an adjoining triangle may be, mm.
+pub(super) const NEARER_MM: f64 = 0.01;
+
+/// Up to this distance, mm, from an edge both its sides hold a point that is about above it,
+const PINCH_MM: f64 = 0.3;
+/// which is when their planes are nearer by at most this share of the distance.
+const PINCH: f64 = 0.3;
+
+/// Cosine between normals of planes that are one.
+pub(super) const SAME: f64 = 0.999;
+
 /// Where a point is with respect to a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
@@ -72,6 +86,43 @@ impl Solid {
         self.closest(nearest, f64::abs)
     }
 
+    /// The planes that bound the way of `p`, which lies outside or hardly inside: the tangent plane at its
+    /// closest point `first`, those at every other foot of `p` on the solid that is no farther than `reach`, and
+    /// those of the triangles that adjoin a foot.
+    ///
+    /// Near `p` the solid is the union of what lies behind these planes as long as each of its parts is convex:
+    /// `d(p) = min over feet of |p - c|`, one foot on either flank of a groove. At an edge the planes of both
+    /// sides hold `p` exactly there, with a force anywhere between their normals; one is left out as soon as it
+    /// lies nearer than the solid itself by more than 0.01 mm, which would hold `p` off.
+    pub fn planes(&self, p: Vec3, first: Projection, reach: f64) -> Vec<Projection> {
+        let mut planes = vec![first];
+        let mut add = |plane: Projection| {
+            let is_new = planes.iter().all(|old| {
+                old.normal.dot(&plane.normal) < SAME
+                    || (old.distance_mm - plane.distance_mm).abs() > NEARER_MM
+            });
+            if is_new && holds(first.distance_mm, plane.distance_mm) {
+                planes.push(plane);
+            }
+        };
+        for piece in &self.pieces {
+            let mut feet = piece.feet(p, reach.max(first.distance_mm.abs() + ADJOINING_MM));
+            feet.retain(|foot| (p - foot.at.point).dot(&foot.normal) >= 0. || foot.distance <= ADJOINING_MM);
+            for foot in &feet {
+                if foot.distance > TOUCHING_MM && (p - foot.at.point).dot(&foot.normal) > 0. {
+                    let normal = (p - foot.at.point) / foot.distance;
+                    add(Projection { point: foot.at.point, normal, distance_mm: foot.distance });
+                }
+                for hit in piece.adjoining(foot, ADJOINING_MM) {
+                    let normal = piece.face_normal(hit.triangle);
+                    let distance_mm = (p - hit.at.point).dot(&normal);
+                    add(Projection { point: p - distance_mm * normal, normal, distance_mm });
+                }
+            }
+        }
+        planes
+    }
+
     /// The answer of the piece whose distance is least by `size`.
     fn closest(
         &self,
@@ -90,6 +141,12 @@ impl Solid {
     fn is_exposed(&self, piece: &Nearest, triangle: usize) -> bool {
         self.winding(piece.just_outside(triangle)) <= 0
     }
+}
+
+/// Whether a plane at `plane_mm` from a point still bounds a surface at `distance_mm`.
+pub(super) fn holds(distance_mm: f64, plane_mm: f64) -> bool {
+    plane_mm
+        >= distance_mm - f64::max(NEARER_MM, if distance_mm < PINCH_MM { PINCH * distance_mm } else { 0. })
 }
 
 /// One answer from tied hits: their mean direction, so that a mirror-symmetric solid answers

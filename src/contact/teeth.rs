@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Pair, PairKind, Solid};
+use super::{Pair, PairKind, Projection, Solid};
 use crate::units::Vec3;
 
 /// The pairs of the nodes `nodes` (positions `points`, n x 3, mm) with the teeth `solid`, in the
@@ -38,4 +38,35 @@ pub fn teeth_pairs(
         })
     };
     nodes.iter().filter_map(pair).collect()
+}
+
+/// The pairs of moved nodes with the teeth `solid`: as [`teeth_pairs`], and beside the closest point of a
+/// node that is no deeper inside than `shallow_mm` every other [plane](Solid::planes) that it may reach
+/// within `near_mm`.
+pub fn teeth_planes(
+    kind: PairKind,
+    solid: &Solid,
+    points: &[Vec3],
+    nodes: &[usize],
+    normals: &BTreeMap<usize, Vec3>,
+    cutoff_mm: f64,
+    near_mm: f64,
+) -> Vec<Pair> {
+    let mut pairs = Vec::new();
+    for first in teeth_pairs(kind, solid, points, nodes, normals, cutoff_mm) {
+        let p = points[first.node];
+        let distance_mm = first.gap_mm - first.rest_overlap_mm;
+        let closest = Projection { point: p, normal: first.row[0].1, distance_mm };
+        if distance_mm.abs() <= near_mm {
+            let others = solid.planes(p, closest, distance_mm.abs() + near_mm);
+            pairs.extend(others[1..].iter().map(|plane| Pair {
+                row: vec![(first.node, plane.normal)],
+                gap_mm: plane.distance_mm.max(0.),
+                rest_overlap_mm: (-plane.distance_mm).max(0.),
+                ..first.clone()
+            }));
+        }
+        pairs.push(first);
+    }
+    pairs
 }

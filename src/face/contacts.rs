@@ -3,9 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Face;
-use crate::contact::{Facets, Pair, PairKind, Solid, lip_pairs, teeth_pairs};
+use crate::contact::{Facets, Pair, PairKind, Solid, lip_pairs, teeth_pairs, teeth_planes};
 use crate::mesh::Mesh;
 use crate::units::Vec3;
+
+/// Distance between two surfaces, mm, up to which a node heeds both: what it moves from one linearisation to
+/// the next.
+const NEAR_MM: f64 = 1.5;
 
 /// Which contact candidates to look for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,57 +41,123 @@ pub struct RestOverlap {
     pub deepest_mm: f64,
 }
 
-impl Face {
-    /// The contact candidates within `reach`: mucosa nodes against the upper then the lower arch,
-    /// upper against lower lip. Nodes fixed to bone have none.
-    pub fn contact_pairs(&self, reach: ContactReach) -> Vec<Pair> {
-        self.pairs_on(&self.mesh, reach)
+/// Who may touch whom on a face, at rest and where the tissue has moved.
+#[derive(Clone, Debug)]
+pub struct ContactSearch {
+    reach: ContactReach,
+    teeth: Vec<(PairKind, Solid)>,
+    facets: Facets,
+    fixed: BTreeSet<usize>,
+    mucosa: Vec<usize>,
+    rest: Vec<Pair>,
+}
+
+/// The contacts of a face whose tissue has moved.
+#[derive(Clone, Debug, Default)]
+pub struct TouchedSurfaces {
+    /// The candidates, linearised there: `gap + G u` is the signed distance at the displacement `u`, from
+    /// which the rest overlap of the same node is forgiven. A gap may therefore be negative.
+    pub pairs: Vec<Pair>,
+    /// Signed distance of each pair there, mm, the rest overlap forgiven.
+    pub distance_mm: Vec<f64>,
+}
+
+impl TouchedSurfaces {
+    /// Deepest overlap beyond that at rest, mm, measured on the surfaces themselves.
+    pub fn overlap_mm(&self) -> f64 {
+        self.distance_mm.iter().fold(0., |deepest, d| deepest.max(-d))
     }
 
-    /// The contact candidates where the tissue has moved by `u` (3n, node-major xyz, mm), and the
-    /// deepest overlap there beyond that at rest, mm, measured on the surfaces themselves.
-    ///
-    /// Rows and gaps are linearised about `u`: `gap + G u` is the signed distance there, from which the
-    /// `rest` overlap of the same node is forgiven. A gap may therefore be negative.
-    pub fn contact_pairs_at(&self, reach: ContactReach, rest: &[Pair], u: &[f64]) -> (Vec<Pair>, f64) {
-        let mut moved = self.mesh.clone();
+    /// Least distance, mm, of each node from what it may touch.
+    pub fn distances(&self) -> BTreeMap<(PairKind, usize), f64> {
+        let mut least = BTreeMap::new();
+        for (pair, &d) in self.pairs.iter().zip(&self.distance_mm) {
+            let known = least.entry((pair.kind, pair.node)).or_insert(d);
+            *known = f64::min(*known, d);
+        }
+        least
+    }
+}
+
+impl ContactSearch {
+    /// The search on `face` within `reach`.
+    pub fn new(face: &Face, reach: ContactReach) -> Self {
+        let kind = |upper| if upper { PairKind::UpperTeeth } else { PairKind::LowerTeeth };
+        let arches =
+            [true, false].into_iter().flat_map(|upper| face.teeth.iter().filter(move |t| t.upper == upper));
+        let fixed: BTreeSet<usize> = face.supports.iter().flat_map(|s| s.nodes.iter().copied()).collect();
+        let mut search = Self {
+            reach,
+            teeth: arches.map(|t| (kind(t.upper), Solid::new(&t.surface))).collect(),
+            facets: Facets::of(&face.mesh),
+            mucosa: face.mucosa.iter().filter(|node| !fixed.contains(node)).copied().collect(),
+            fixed,
+            rest: Vec::new(),
+        };
+        search.rest = search.pairs_on(face, &face.mesh, None);
+        search
+    }
+
+    /// The candidates at rest: mucosa nodes against the upper then the lower arch, upper against lower lip.
+    /// Nodes fixed to bone have none.
+    pub fn rest(&self) -> &[Pair] {
+        &self.rest
+    }
+
+    /// The nodes (0-based, ascending) that may touch something or be touched.
+    pub fn nodes(&self, face: &Face) -> Vec<usize> {
+        let all = self.mucosa.iter().chain(&face.upper_lip).chain(&face.lower_lip);
+        all.filter(|node| !self.fixed.contains(node)).copied().collect::<BTreeSet<_>>().into_iter().collect()
+    }
+
+    /// The candidates where the tissue has moved by `u` (3n, node-major xyz, mm).
+    pub fn at(&self, face: &Face, u: &[f64]) -> TouchedSurfaces {
+        let mut moved = face.mesh.clone();
         for (node, point) in moved.points.iter_mut().enumerate() {
             *point += Vec3::from_fn(|axis, _| u.get(3 * node + axis).copied().unwrap_or(0.));
         }
         let forgiven: BTreeMap<(PairKind, usize), f64> =
-            rest.iter().map(|pair| ((pair.kind, pair.node), pair.rest_overlap_mm)).collect();
-        let mut deepest = 0f64;
-        let mut pairs = self.pairs_on(&moved, reach);
+            self.rest.iter().map(|pair| ((pair.kind, pair.node), pair.rest_overlap_mm)).collect();
+        let mut pairs = self.pairs_on(face, &moved, Some(NEAR_MM));
+        let mut distance_mm = Vec::with_capacity(pairs.len());
         for pair in &mut pairs {
             let overlap = forgiven.get(&(pair.kind, pair.node)).copied().unwrap_or(0.);
             let distance = pair.gap_mm - pair.rest_overlap_mm + overlap;
-            deepest = deepest.max(-distance);
+            distance_mm.push(distance);
             pair.rest_overlap_mm = overlap;
             pair.gap_mm = distance - pair.change_mm(u);
         }
-        (pairs, deepest)
+        TouchedSurfaces { pairs, distance_mm }
     }
 
-    fn pairs_on(&self, mesh: &Mesh, reach: ContactReach) -> Vec<Pair> {
-        let facets = Facets::of(mesh);
-        let normals = facets.node_normals(mesh);
-        let fixed: BTreeSet<usize> = self.supports.iter().flat_map(|s| s.nodes.iter().copied()).collect();
-        let free = |nodes: &[usize]| -> Vec<usize> {
-            nodes.iter().filter(|node| !fixed.contains(node)).copied().collect()
-        };
-        let mucosa = free(&self.mucosa);
+    /// The pairs on the moved `mesh` of `face`, of nodes near a tooth with every plane within `near_mm`.
+    fn pairs_on(&self, face: &Face, mesh: &Mesh, near_mm: Option<f64>) -> Vec<Pair> {
+        let normals = self.facets.node_normals(mesh);
         let mut pairs = Vec::new();
-        for upper in [true, false] {
-            let kind = if upper { PairKind::UpperTeeth } else { PairKind::LowerTeeth };
-            for teeth in self.teeth.iter().filter(|t| t.upper == upper) {
-                let solid = Solid::new(&teeth.surface);
-                let points = &mesh.points;
-                pairs.extend(teeth_pairs(kind, &solid, points, &mucosa, &normals, reach.teeth_mm));
-            }
+        for (kind, solid) in &self.teeth {
+            let (points, nodes, far) = (&mesh.points, &self.mucosa, self.reach.teeth_mm);
+            pairs.extend(match near_mm {
+                None => teeth_pairs(*kind, solid, points, nodes, &normals, far),
+                Some(near) => teeth_planes(*kind, solid, points, nodes, &normals, far, near),
+            });
         }
-        let lips = lip_pairs(mesh, &facets, &self.upper_lip, &self.lower_lip, reach.lips_mm);
-        pairs.extend(lips.into_iter().filter(|pair| !fixed.contains(&pair.node)));
+        let lips =
+            lip_pairs(mesh, &self.facets, &face.upper_lip, &face.lower_lip, self.reach.lips_mm, near_mm);
+        pairs.extend(lips.into_iter().filter(|pair| !self.fixed.contains(&pair.node)));
         pairs
+    }
+}
+
+impl Face {
+    /// The contact candidates within `reach`: mucosa nodes against the upper then the lower arch,
+    /// upper against lower lip. Nodes fixed to bone have none.
+    pub fn contact_pairs(&self, reach: ContactReach) -> Vec<Pair> {
+        ContactSearch::new(self, reach).rest
+    }
+
+    /// [`ContactSearch::at`], for one displacement only.
+    pub fn contact_pairs_at(&self, reach: ContactReach, u: &[f64]) -> TouchedSurfaces {
+        ContactSearch::new(self, reach).at(self, u)
     }
 
     /// How far the mucosa overlaps the teeth at rest: for each node the deeper of the two arches.

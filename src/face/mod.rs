@@ -2,6 +2,7 @@
 
 mod bundle;
 mod check;
+mod contact_load;
 mod contacts;
 mod curve;
 mod embed;
@@ -15,7 +16,8 @@ mod teeth;
 mod tissue;
 
 pub use bundle::{join_ring, spread};
-pub use contacts::{ContactReach, RestOverlap};
+pub use contact_load::ContactLoad;
+pub use contacts::{ContactReach, ContactSearch, RestOverlap, TouchedSurfaces};
 pub use curve::{polyline_length, smooth_curve};
 pub use embed::{Projected, TooFar, embed};
 pub use error::{FaceError, FaceWarning};

@@ -8,8 +8,10 @@ use crate::qp::{self, Answer, Problem, ProblemError};
 
 /// Gaps and forces within this share of their scale count as zero.
 const ROUNDING: f64 = 1e-11;
-/// Exchanges of the touching set before the quadratic program takes over.
-const EXCHANGES: usize = 60;
+/// Exchanges of the touching set before the descent takes over.
+const EXCHANGES: usize = 15;
+/// Contacts that join in a descent before the quadratic program takes over.
+const DESCENTS: usize = 2000;
 /// Whole-set exchanges without progress before single ones.
 const PATIENCE: usize = 5;
 
@@ -29,7 +31,8 @@ pub enum ContactError {
 /// `0 <= lambda  _|_  g0 + V a + S lambda >= 0`.
 ///
 /// Redundant contacts share their force arbitrarily; displacements and gaps are unique. Block
-/// principal pivoting (Judice and Pires 1994), backed by `min 1/2 l'Sl + (g0 + Va)'l` over `l >= 0`.
+/// principal pivoting (Judice and Pires 1994), backed by a descent of `min 1/2 l'Sl + (g0 + Va)'l` over `l >= 0`
+/// from one set of touching contacts to the next, and that by the quadratic program.
 ///
 /// # Errors
 /// [`ContactError`] when the response is not finite or not positive semidefinite, or no forces exist.
@@ -56,7 +59,9 @@ pub fn contact_forces_near(
         Some(touching) => touching.clone(),
         None => Touching::new(compliance, (0..free_gap.len()).filter(|&i| free_gap[i] < 0.0)),
     };
-    if let Some(found) = exchange(compliance, &free_gap, start) {
+    let found =
+        exchange(compliance, &free_gap, start.clone()).or_else(|| descend(compliance, &free_gap, start));
+    if let Some(found) = found {
         return Ok(found);
     }
     let forces = program(compliance, &free_gap)?;
@@ -113,6 +118,63 @@ fn exchange(
             // Of contacts that repeat each other another choice may hold.
             all.sort_unstable();
             touching = Touching::new(compliance, all);
+        }
+    }
+    None
+}
+
+/// The same forces by a primal active set: the energy `1/2 l'Sl + v'l` falls with every step, so that no set of
+/// touching contacts comes back (Lawson and Hanson 1974, chapter 23). The contact that penetrates deepest joins; a
+/// force that would pull stops the step at zero and leaves. Where the row of the new contact repeats those held,
+/// `S d = 0` for an exchange of force `d` between them, and the energy falls along it until one of them lets go.
+fn descend(
+    compliance: &DMatrix<f64>,
+    free_gap: &DVector<f64>,
+    mut touching: Touching,
+) -> Option<(DVector<f64>, Touching)> {
+    let c = free_gap.len();
+    let tolerance = ROUNDING * free_gap.amax();
+    let mut forces = DVector::<f64>::zeros(c);
+    for _ in 0..DESCENTS {
+        loop {
+            let sought = touching.forces(free_gap);
+            let pulls = |&&i: &&usize| sought[i] <= 0.0 && sought[i] < forces[i] || sought[i] < 0.0;
+            let share = |&i: &usize| forces[i] / (forces[i] - sought[i]);
+            let blocking: Vec<usize> = touching.contacts().iter().filter(pulls).copied().collect();
+            let Some(first) = blocking.iter().map(share).min_by(f64::total_cmp) else {
+                forces = sought;
+                break;
+            };
+            let leaving: Vec<usize> = blocking.iter().copied().filter(|i| share(i) <= first).collect();
+            forces += first * (&sought - &forces);
+            for i in leaving {
+                touching.drop(i);
+                forces[i] = 0.0;
+            }
+        }
+        let held: Vec<f64> = touching.contacts().iter().map(|&i| forces[i]).collect();
+        let gaps = free_gap + touching.opening(compliance, &held);
+        let open = (0..c).filter(|i| !touching.contacts().contains(i));
+        let deepest = open.min_by(|&i, &j| gaps[i].total_cmp(&gaps[j])).filter(|&i| gaps[i] < -tolerance);
+        let Some(entering) = deepest else { return Some((forces, touching)) };
+        if touching.add(compliance, entering) {
+            continue;
+        }
+        let contacts = touching.contacts().to_vec();
+        let mut repeated = DMatrix::from_fn(contacts.len(), 1, |k, _| compliance[(contacts[k], entering)]);
+        touching.solve(&mut repeated);
+        let gives = |&k: &usize| repeated[k] > 0.0;
+        let by_ratio = |k: &usize| forces[contacts[*k]] / repeated[*k];
+        let out = (0..contacts.len()).filter(gives).min_by(|a, b| by_ratio(a).total_cmp(&by_ratio(b)))?;
+        let moved = by_ratio(&out);
+        for (k, &i) in contacts.iter().enumerate() {
+            forces[i] = (forces[i] - moved * repeated[k]).max(0.0);
+        }
+        touching.drop(contacts[out]);
+        forces[contacts[out]] = 0.0;
+        forces[entering] = moved;
+        if !touching.add(compliance, entering) {
+            return None;
         }
     }
     None

@@ -29,6 +29,11 @@ impl<'m> FixedStiffness<'m> {
         Self { model, activation: activation.to_vec(), cholesky }
     }
 
+    /// The model that this is the stiffness of.
+    pub fn model(&self) -> &'m Model {
+        self.model
+    }
+
     /// The factor of `K(abar)`.
     pub fn cholesky(&self) -> &Cholesky {
         &self.cholesky

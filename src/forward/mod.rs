@@ -4,6 +4,7 @@ mod active_stress;
 mod assembly;
 mod cell_muscles;
 mod cholesky;
+mod condensed;
 mod contact_forces;
 mod deformation;
 pub mod elasticity;

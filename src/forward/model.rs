@@ -20,9 +20,9 @@ const OUTSIDE_MM: f64 = 0.5;
 pub struct Model {
     muscles: Vec<String>,
     tissue: MuscleTissue,
-    stiffness: Stiffness,
+    stiffness: Arc<Stiffness>,
     symbolic: Arc<SymbolicFactor>,
-    loads: Vec<SparseColumn>,
+    loads: Arc<Vec<SparseColumn>>,
     pairs: Vec<Pair>,
     muscle_volumes: Vec<f64>,
 }
@@ -40,10 +40,17 @@ impl Model {
         let fixed = fixed_dofs(face);
         let symbolic = Arc::new(SymbolicFactor::new(stiffness.pattern(), &fixed)?);
         let locator = Locator::new(mesh);
-        let loads = face.muscles.iter().map(|m| load(m, &locator)).collect::<Result<_, _>>()?;
+        let loads = face.muscles.iter().map(|m| load(m, &locator)).collect::<Result<Vec<_>, _>>()?;
         check_loaded_nodes(mesh, &pairs)?;
         let muscles = face.muscles.iter().map(|m| m.name.clone()).collect();
-        Ok(Self { muscles, tissue: face.muscle_tissue, stiffness, symbolic, loads, pairs, muscle_volumes })
+        let (tissue, stiffness, loads) = (face.muscle_tissue, Arc::new(stiffness), Arc::new(loads));
+        Ok(Self { muscles, tissue, stiffness, symbolic, loads, pairs, muscle_volumes })
+    }
+
+    /// This model with other contact candidates, on nodes of the same face: nothing is assembled again.
+    #[must_use]
+    pub fn with_pairs(&self, pairs: Vec<Pair>) -> Self {
+        Self { pairs, ..self.clone() }
     }
 
     /// The model at the fixed stiffness `K(abar)`; `activation` (m) is `abar`.

@@ -1,17 +1,30 @@
 //! Contact whose gaps and normals are those of the deformed face.
 
+use std::collections::BTreeMap;
+
 use nalgebra::DVector;
 
-use super::{ContactError, Equilibrium, FixedStiffness, contact_forces as forces_at};
-use crate::contact::Pair;
-use crate::face::{ContactReach, Face};
+use super::condensed::Condensed;
+use super::contact_forces::contact_forces_near;
+use super::{ContactError, Equilibrium, FixedStiffness, Touching};
+use crate::contact::{Pair, PairKind};
+use crate::face::{ContactSearch, Face};
+use crate::units::Vec3;
 
-/// Linearisations of the gaps before giving up.
-const MOST_ROUNDS: usize = 12;
-/// Largest change of a displacement, mm, at which the gaps have settled.
-const SETTLED_MM: f64 = 1e-3;
+/// Linearisations of the gaps before giving up,
+const MOST_ROUNDS: usize = 60;
+/// of which those in which the load may still be less than whole.
+const LOADING_ROUNDS: usize = 30;
+/// Farthest that a node moves between linearisations, mm: less than a lip is thick.
+const STRIDE_MM: f64 = 1.;
+/// Share of the load in the first increment.
+const FIRST_LOAD: f64 = 0.1;
 /// Deepest overlap, mm, that counts as none.
 const TOUCHING_MM: f64 = 1e-2;
+/// Farthest, mm, from what it presses on that a node may be,
+const PRESSING_MM: f64 = 5e-2;
+/// but for this share of the contact force.
+const STRAY: f64 = 1e-2;
 
 /// Where the tissue comes to rest against surfaces that are not planes.
 #[derive(Clone, Debug)]
@@ -24,63 +37,176 @@ pub struct SettledContact {
     pub linear_penetration_mm: f64,
     /// Deepest overlap beyond that at rest, mm, measured on the surfaces of the deformed face.
     pub penetration_mm: f64,
+    /// Share of the contact force that acts where those surfaces are more than 0.05 mm apart.
+    pub stray_share: f64,
     /// Linearisations made.
     pub rounds: usize,
-    /// Whether displacement and gaps settled.
+    /// Whether it satisfies contact on the deformed surfaces: overlap at most 0.01 mm, stray share at most 1 %.
     pub settled: bool,
 }
 
 impl FixedStiffness<'_> {
-    /// The equilibrium under `activation` (m) with gaps and normals linearised again where the tissue
-    /// went, until they settle; where they do not, that with the least overlap. `rest` are the candidates
-    /// at rest within `reach`.
+    /// The equilibrium under `activation` (m) with gaps and normals linearised where the tissue went, sought from
+    /// the displacement `start` (3n, mm; from rest when `None`); where it does not settle, that with the least
+    /// overlap.
+    ///
+    /// From rest the load grows in increments that move no candidate by much more than 1 mm, so that surfaces never
+    /// overlap deeply and each node keeps its side. Each round solves `0 <= lambda _|_ g + G (u - v) >= 0` with `g`
+    /// and `G` of the surfaces at `v`, then moves `v` towards `u`: node by node, by at most a stride that is halved
+    /// when the node turns back and grows again while it keeps on. Where a node rides an edge between two planes,
+    /// the stride halves down to the edge, where [both planes](crate::contact::Solid::planes) hold it. The compliance is
+    /// condensed to the nodes that may touch once, so that a round costs no factorisation.
     ///
     /// # Errors
-    /// [`ContactError`] when no contact forces keep the gaps at rest open.
+    /// [`ContactError`] when no contact forces keep the linearised gaps open.
     pub fn settle(
         &self,
         face: &Face,
-        reach: ContactReach,
-        rest: &[Pair],
+        search: &ContactSearch,
         activation: &[f64],
+        start: Option<&[f64]>,
     ) -> Result<SettledContact, ContactError> {
-        let mut now = self.linearised(rest.to_vec(), activation)?;
-        let mut best: Option<SettledContact> = None;
+        let nodes = search.nodes(face);
+        let condensed = Condensed::new(self, &nodes);
+        let settling = Settling { stiff: self, condensed, nodes, activation };
+        let mut pairs = start.map_or_else(|| search.rest().to_vec(), |u| search.at(face, u).pairs);
+        let mut place = Place::new(start.map_or_else(|| vec![0.; 3 * face.mesh.n_nodes()], <[f64]>::to_vec));
+        let mut increment = if start.is_some() { 1. } else { FIRST_LOAD };
+        let (mut load, mut last, mut best) = (0., None, None::<SettledContact>);
         for rounds in 1..=MOST_ROUNDS {
-            let (next, overlap) = face.contact_pairs_at(reach, rest, &now.equilibrium.displacement);
-            (now.penetration_mm, now.rounds) = (overlap, rounds);
-            if best.as_ref().is_none_or(|b| overlap < b.penetration_mm) {
-                best = Some(now.clone());
+            let next = if rounds >= LOADING_ROUNDS { 1. } else { f64::min(1., load + increment) };
+            let mut held = settling.held(pairs.clone(), next, last.as_ref())?;
+            let way = settling.way(&place.u, &held.displacement);
+            if way > 1.5 * STRIDE_MM && next > load && load > 0. && rounds < LOADING_ROUNDS {
+                // Too far at once: what the increment alone moved tells how much of it can be had later.
+                let before = settling.held(pairs, load, last.as_ref())?;
+                let moved = settling.way(&before.displacement, &held.displacement);
+                increment *= f64::min(0.5, STRIDE_MM / moved.max(STRIDE_MM));
+                held = before;
+            } else {
+                increment *= (STRIDE_MM / way.max(1e-3)).clamp(0.5, 2.);
+                load = next;
             }
-            let Ok(moved) = self.linearised(next, activation) else { break };
-            let steps = now.equilibrium.displacement.iter().zip(&moved.equilibrium.displacement);
-            let change = steps.fold(0f64, |c, (x, y)| c.max((x - y).abs()));
-            if change <= SETTLED_MM && overlap <= TOUCHING_MM {
-                now.settled = true;
-                return Ok(now);
+            let there = search.at(face, &held.displacement);
+            let distance = there.distances();
+            let is_stray = |p: &Pair| distance.get(&(p.kind, p.node)).is_none_or(|d| *d > PRESSING_MM);
+            let stray = held.pairs.iter().zip(held.forces.iter()).filter(|(p, _)| is_stray(p));
+            let stray_share = stray.map(|(_, f)| f).sum::<f64>() / held.forces.sum().max(f64::MIN_POSITIVE);
+            let penetration_mm = there.overlap_mm();
+            let settled = load >= 1. && penetration_mm <= TOUCHING_MM && stray_share <= STRAY;
+            let whole = load >= 1. || rounds == MOST_ROUNDS;
+            if whole && (settled || best.as_ref().is_none_or(|b| penetration_mm < b.penetration_mm)) {
+                best = Some(SettledContact {
+                    pairs: held.pairs.clone(),
+                    equilibrium: Equilibrium {
+                        displacement: held.displacement.clone(),
+                        contact_forces: held.forces.clone(),
+                    },
+                    linear_penetration_mm: held.linear_penetration_mm,
+                    penetration_mm,
+                    stray_share,
+                    rounds,
+                    settled,
+                });
             }
-            now = moved;
+            if settled {
+                break;
+            }
+            place.follow(&held.displacement);
+            pairs = search.at(face, &place.u).pairs;
+            last = Some(held);
         }
-        Ok(best.unwrap_or(now))
+        best.ok_or(ContactError::NotConverged)
+    }
+}
+
+/// The contacts of one linearisation and the forces that hold them.
+struct Held {
+    pairs: Vec<Pair>,
+    forces: DVector<f64>,
+    touching: Touching,
+    displacement: Vec<f64>,
+    linear_penetration_mm: f64,
+}
+
+/// What stays the same from round to round.
+struct Settling<'a> {
+    stiff: &'a FixedStiffness<'a>,
+    condensed: Condensed,
+    nodes: Vec<usize>,
+    activation: &'a [f64],
+}
+
+impl Settling<'_> {
+    /// The equilibrium under the share `load` of the activations against `pairs`, its touching contacts sought
+    /// from those of the linearisation before.
+    fn held(&self, pairs: Vec<Pair>, load: f64, last: Option<&Held>) -> Result<Held, ContactError> {
+        let a = load * DVector::from_column_slice(self.activation);
+        let contact = self.condensed.contact(&pairs);
+        let near = last.map(|last| Touching::new(&contact.compliance, same_contacts(last, &pairs)));
+        let (forces, touching) = contact_forces_near(&contact, &a, near.as_ref())?;
+        let gaps = &contact.gap + &contact.approach * &a + &contact.compliance * &forces;
+        let displacement = self.stiff.displacement_with(&pairs, a.as_slice(), forces.as_slice());
+        let linear_penetration_mm = gaps.iter().fold(0f64, |deepest, gap| deepest.max(-gap));
+        Ok(Held { pairs, forces, touching, displacement, linear_penetration_mm })
     }
 
-    /// The equilibrium against `pairs` as they are linearised.
-    fn linearised(&self, pairs: Vec<Pair>, activation: &[f64]) -> Result<SettledContact, ContactError> {
-        let (mut contact_forces, mut deepest) = (DVector::zeros(0), 0f64);
-        if let Some(contact) = self.response_with(&[], &pairs).contact {
-            let a = DVector::from_column_slice(activation);
-            contact_forces = forces_at(&contact, &a)?;
-            let gaps = &contact.gap + &contact.approach * &a + &contact.compliance * &contact_forces;
-            deepest = gaps.iter().fold(0., |deepest, gap| deepest.max(-gap));
-        }
-        let displacement = self.displacement_with(&pairs, activation, contact_forces.as_slice());
-        Ok(SettledContact {
-            pairs,
-            equilibrium: Equilibrium { displacement, contact_forces },
-            linear_penetration_mm: deepest,
-            penetration_mm: 0.,
-            rounds: 0,
-            settled: false,
-        })
+    /// Farthest that a node that may touch moves from `here` (3n) to `there` (3n), mm.
+    fn way(&self, here: &[f64], there: &[f64]) -> f64 {
+        self.nodes.iter().map(|&n| (of_node(there, n) - of_node(here, n)).norm()).fold(0., f64::max)
     }
+}
+
+/// Where the gaps are linearised.
+struct Place {
+    /// Displacement (3n), mm.
+    u: Vec<f64>,
+    step: Vec<Vec3>,
+    stride_mm: Vec<f64>,
+}
+
+impl Place {
+    fn new(u: Vec<f64>) -> Self {
+        let n = u.len() / 3;
+        Self { u, step: vec![Vec3::zeros(); n], stride_mm: vec![STRIDE_MM; n] }
+    }
+
+    /// Moves each node towards its place in `to` (3n, mm), by its stride at most.
+    fn follow(&mut self, to: &[f64]) {
+        for node in 0..self.step.len() {
+            let step = of_node(to, node) - of_node(&self.u, node);
+            let stride = &mut self.stride_mm[node];
+            let turned = step.dot(&self.step[node]) < 0.;
+            *stride = if turned { 0.5 * *stride } else { f64::min(1.5 * *stride, STRIDE_MM) };
+            self.step[node] = step;
+            let taken = step * f64::min(1., *stride / step.norm().max(f64::MIN_POSITIVE));
+            for axis in 0..3 {
+                self.u[3 * node + axis] += taken[axis];
+            }
+        }
+    }
+}
+
+fn of_node(u: &[f64], node: usize) -> Vec3 {
+    Vec3::new(u[3 * node], u[3 * node + 1], u[3 * node + 2])
+}
+
+/// The contacts of `pairs` that touched in the linearisation `last`: of the same node the plane that is
+/// turned least.
+fn same_contacts(last: &Held, pairs: &[Pair]) -> Vec<usize> {
+    let mut of_node: BTreeMap<(PairKind, usize), Vec<usize>> = BTreeMap::new();
+    for (k, pair) in pairs.iter().enumerate() {
+        of_node.entry((pair.kind, pair.node)).or_default().push(k);
+    }
+    let mut same = Vec::new();
+    for old in last.touching.contacts().iter().map(|&i| &last.pairs[i]) {
+        let likeness = |k: &usize| pairs[*k].normal().dot(&old.normal());
+        let candidates = of_node.get(&(old.kind, old.node)).into_iter().flatten();
+        if let Some(&k) = candidates.max_by(|a, b| likeness(a).total_cmp(&likeness(b)))
+            && !same.contains(&k)
+        {
+            same.push(k);
+        }
+    }
+    same
 }

@@ -6,6 +6,7 @@
 mod activated;
 mod branching;
 mod check;
+mod contact_fit;
 mod descent;
 mod detect;
 mod error;
@@ -29,6 +30,7 @@ mod warning;
 
 pub use activated::ActivatedProblem;
 pub use branching::RelaxationEnd;
+pub use contact_fit::{ContactFit, FittedContact};
 pub use error::TargetError;
 pub use limit::{Constraint, Constraints, Limit, LimitName};
 pub use limits::{ActivationBounds, ContactReactions, KinematicContact, TiedPairs, TrustRegion};

@@ -48,6 +48,11 @@ pub enum Warning {
         /// The limits that stop it, the strongest first.
         limits: Vec<String>,
     },
+    /// The contacts did not settle on the surfaces of the deformed face.
+    Unsettled {
+        /// Deepest overlap beyond that at rest, mm.
+        overlap_mm: f64,
+    },
 }
 
 impl Warning {
@@ -65,6 +70,9 @@ impl Warning {
                 "only their sum is determined: tie them, fix one, or add an effort"
             }
             Self::Underdetermined { .. } => "observe more points, fix muscles, or add an effort",
+            Self::Unsettled { .. } => {
+                "ask for less movement, bound the muscles that press there, or refine the mesh about them"
+            }
             Self::Unreachable { .. } => "widen the limits, raise max_force_n, or check the target's scale",
         }
     }
@@ -89,6 +97,11 @@ impl fmt::Display for Warning {
             Self::Underdetermined { components, muscles } => {
                 write!(f, "{components} observed components cannot determine {muscles} muscles")
             }
+            Self::Unsettled { overlap_mm } => write!(
+                f,
+                "the contacts did not settle on the deformed face: it overlaps teeth or the other lip by {overlap_mm:.3} \
+                 mm more than at rest"
+            ),
             Self::Unreachable { marker, residual_mm, limits } => {
                 write!(f, "marker {marker} stays {residual_mm:.3} mm away, held by {}", limits.join(", "))
             }

@@ -181,11 +181,19 @@ pub struct ContactJson {
     pub active: usize,
     /// Sum of the contact forces, N.
     pub force_n: f64,
+    /// Of which the upper teeth, N.
+    pub upper_teeth_n: f64,
+    /// The lower teeth, N.
+    pub lower_teeth_n: f64,
+    /// The lips against each other, N.
+    pub lips_n: f64,
     /// Deepest penetration beyond the rest overlap, mm, of the linearised gaps.
     pub max_penetration_mm: f64,
     /// Deepest overlap beyond that at rest, mm, measured on the surfaces of the deformed face; null when
     /// it was not measured.
     pub overlap_mm: Option<f64>,
+    /// Linearisations of the gaps that the answer took.
+    pub linearisations: usize,
     /// Objective minus the best lower bound of any contact state, no unit: what another could gain at most.
     /// Of a nonlinear fit it is about the tangent at the answer.
     pub relaxation_gap: f64,
@@ -228,8 +236,12 @@ impl From<&ContactReport> for ContactJson {
             pairs: contact.pairs,
             active: contact.active,
             force_n: contact.force_n,
+            upper_teeth_n: 0.0,
+            lower_teeth_n: 0.0,
+            lips_n: 0.0,
             max_penetration_mm: contact.max_penetration_mm,
             overlap_mm: None,
+            linearisations: 1,
             relaxation_gap: contact.relaxation_gap,
             relaxation_nodes: contact.relaxation_nodes,
             relaxation_end: contact.relaxation_end.map(Into::into),
