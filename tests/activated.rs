@@ -158,7 +158,7 @@ fn a_step_that_would_raise_the_objective_is_not_taken() {
     let root = nodes(0.);
     let middle = *nodes(30.).iter().find(|&&n| face.mesh.points[n].yz().norm() < 1e-9).unwrap();
     let site = Site::node(middle, face.mesh.points[middle]);
-    face.supports = vec![Support { bone: "skull".into(), nodes: root }];
+    face.supports = vec![Support { bone: "skull".into(), nodes: root, part_of: None }];
     face.landmarks = vec![Landmark { name: "pogonion".into(), site }];
     face.muscles = vec![Muscle {
         name: "mentalis_l".into(),

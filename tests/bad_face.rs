@@ -514,3 +514,35 @@ fn a_file_that_is_missing_or_not_toml_is_refused() {
     let error = refused("mesh = \"mesh.vtu\"", "mesh = \"mush.vtu\"");
     assert!(matches!(error.kind, FaceFileErrorKind::Mesh(_)), "{error}");
 }
+
+const JAW: &str = "[jaw]\nbone = \"skull\"\ncondyles_mm = [[50, 30, -80], [-50, 30, -80]]\nincisor_mm = [0, 0, -4]\n\n[[teeth]]";
+
+#[test]
+fn a_jaw_that_cannot_turn_is_refused_by_its_field() {
+    let jaw = Files::with("[[teeth]]", JAW).read().unwrap().face.jaw.unwrap();
+    assert_eq!((jaw.condyles[0].x, jaw.incisor.z), (50., -4.));
+    for (from, to, told) in [
+        ("bone = \"skull\"\nc", "bone = \"mandible\"\nc", "no bone is called `mandible`; the face has skull"),
+        ("[[50,", "[[-60,", "give the left one first"),
+        ("[[50,", "[[nan,", "not finite"),
+        ("[0, 0, -4]", "[0, 30, -79]", "at least 10 mm away"),
+        ("incisor_mm", "incisal_mm", "did you mean `incisor_mm`"),
+    ] {
+        assert!(JAW.contains(from), "{from}");
+        let error = refused("[[teeth]]", &JAW.replacen(from, to, 1));
+        assert!(error.to_string().contains(told), "{error}");
+    }
+}
+
+#[test]
+fn bones_of_teeth_and_pieces_are_known() {
+    let error = refused("arch = \"upper\"", "arch = \"upper\"\nbone = \"scull\"");
+    assert!(error.to_string().contains("did you mean `skull`?"), "{error}");
+    let error = refused("bone = \"skull\"", "bone = \"lefort\"\npart_of = \"maxila\"");
+    assert!(error.to_string().contains("did you mean `maxilla`?"), "{error}");
+    let error = refused("bone = \"skull\"", "bone = \"skull\"\npart_of = \"maxilla\"");
+    assert!(error.to_string().contains("a name of its own"), "{error}");
+    let piece =
+        Files::with("bone = \"skull\"", "bone = \"lefort\"\npart_of = \"maxilla\"").read().unwrap().face;
+    assert_eq!((piece.whole_of("lefort"), piece.teeth[0].bone.as_str()), (Some("maxilla"), "maxilla"));
+}

@@ -355,3 +355,30 @@ fn a_pattern_that_matches_nothing_is_refused() {
     let e = parse(GOOD).expect("good").expand_patterns(&muscles).expect_err("refused").to_string();
     assert!(e.contains("t.toml:30: bounds[0].muscle") && e.contains("mentalis_l"), "{e}");
 }
+
+#[test]
+fn openings_of_the_jaw_are_a_number_or_bounds_and_refused_where_they_make_no_sense() {
+    use modiolus::face::JawRange;
+    use modiolus::inverse::JawOpening;
+    let with = |value: &str| GOOD.replacen("effort", &format!("jaw_opening_mm = {value}\neffort"), 1);
+    let read = |value: &str| parse(&with(value)).expect("accepted").target.jaw_opening;
+    assert_eq!(parse(GOOD).expect("good").target.jaw_opening, None);
+    assert_eq!(read("4"), Some(JawOpening::Held(4.0)));
+    let range = JawRange { min_mm: 0.0, max_mm: 12.0 };
+    assert_eq!(read("{ max = 12.0 }"), Some(JawOpening::Within(range)));
+    assert_eq!(read("{ min = 3.0, max = 3.0 }"), Some(JawOpening::Held(3.0)));
+    for (value, parts) in [
+        ("-1.0", ["t.toml:3", "jaw_opening_mm", "0 to 60"]),
+        ("{ max = 70 }", ["t.toml:3", "jaw_opening_mm.max", "0 to 60"]),
+        ("{ min = 5.0, max = 4.0 }", ["t.toml:3", "jaw_opening_mm", "exchange them"]),
+        ("nan", ["t.toml:3", "jaw_opening_mm", "NaN"]),
+        ("{ maximum = 4.0 }", ["t.toml:3", "jaw_opening_mm.maximum", "max"]),
+        ("{ min = 4.0 }", ["t.toml:3", "jaw_opening_mm.max", "Greatest opening"]),
+        ("\"wide\"", ["t.toml:3", "jaw_opening_mm", "\"wide\""]),
+    ] {
+        let text = parse(&with(value)).expect_err("refused").to_string();
+        for part in parts {
+            assert!(text.contains(part), "{value}: \"{part}\" is not in: {text}");
+        }
+    }
+}

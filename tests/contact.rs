@@ -106,10 +106,10 @@ fn a_node_deep_in_an_arch_leaves_towards_its_own_tissue() {
     let nearest = solid.project(deep).unwrap();
     assert!((nearest.normal + Vec3::z()).norm() < 1e-12, "the nearest way out is the tongue's side");
     let tissue = BTreeMap::from([(0, -Vec3::z())]);
-    let pairs = teeth_pairs(PairKind::UpperTeeth, &solid, &[deep], &[0], &tissue, 5.);
+    let pairs = teeth_pairs(PairKind::UpperTeeth, 0, &solid, &[deep], &[0], &tissue, 5.);
     assert!((pairs[0].row[0].1 - Vec3::z()).norm() < 1e-12, "{pairs:?}");
     assert!(pairs[0].gap_mm == 0. && (pairs[0].rest_overlap_mm - 1.).abs() < 1e-12, "{pairs:?}");
-    let unknown = teeth_pairs(PairKind::UpperTeeth, &solid, &[deep], &[0], &BTreeMap::new(), 5.);
+    let unknown = teeth_pairs(PairKind::UpperTeeth, 0, &solid, &[deep], &[0], &BTreeMap::new(), 5.);
     assert!((unknown[0].row[0].1 + Vec3::z()).norm() < 1e-12, "{unknown:?}");
 }
 
@@ -118,7 +118,7 @@ fn teeth_pairs_stop_at_the_cutoff_and_follow_the_displacement() {
     let solid = Solid::new(&cuboid(Vec3::new(-9., -9., -9.), Vec3::new(9., 9., 0.)));
     let points = [Vec3::new(0.3, 0.2, 2.), Vec3::new(0.3, 0.2, 5.01), Vec3::new(0.3, 0.2, -0.5)];
     let none = BTreeMap::new();
-    let pairs = teeth_pairs(PairKind::LowerTeeth, &solid, &points, &[0, 1, 2], &none, 5.);
+    let pairs = teeth_pairs(PairKind::LowerTeeth, 0, &solid, &points, &[0, 1, 2], &none, 5.);
     assert_eq!(pairs.iter().map(|p| p.node).collect::<Vec<_>>(), [0, 2]);
     assert_eq!((pairs[0].gap_mm, pairs[0].rest_overlap_mm), (2., 0.));
     assert_eq!((pairs[1].gap_mm, pairs[1].rest_overlap_mm), (0., 0.5));

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use common::{add_quad_traction, grid};
 use modiolus::contact::{Facets, Pair, PairKind, Solid, teeth_pairs};
 use modiolus::face::standard::{Resolution, standard};
-use modiolus::face::{ContactReach, ContactSearch, Face};
+use modiolus::face::{ContactReach, ContactSearch, Face, Pose};
 use modiolus::forward::{
     Cholesky, ContactResponse, Element, Model, SparseColumn, Stiffness, SymbolicFactor, contact_forces,
 };
@@ -101,7 +101,7 @@ fn a_confined_block_meets_a_wall_as_its_closed_form_says() {
     for gap in [0., 0.01, 0.08] {
         let wall =
             Solid::new(&cuboid(Vec3::new(-20., -20., height + gap), Vec3::new(20. + side, 20. + side, 40.)));
-        let pairs = teeth_pairs(PairKind::UpperTeeth, &wall, &mesh.points, &nodes, &BTreeMap::new(), 1.);
+        let pairs = teeth_pairs(PairKind::UpperTeeth, 0, &wall, &mesh.points, &nodes, &BTreeMap::new(), 1.);
         assert_eq!(pairs.len(), nodes.len());
         let contact = response(&cholesky, &load, &pairs);
         for pressure in [0., 1e-4, 1e-3, 5e-3, 2e-2] {
@@ -163,6 +163,7 @@ fn a_sphere_on_a_half_space_follows_hertz() {
             kind: PairKind::UpperTeeth,
             node,
             row: vec![(node, -Vec3::z())],
+            tooth: None,
             gap_mm: mesh.points[node].norm_squared() / (2. * radius),
             rest_overlap_mm: 0.,
         })
@@ -272,7 +273,7 @@ fn pressed_lips_push_each_other_equally_and_supports_carry_the_rest() {
 fn gaps_linearised_where_the_tissue_went_settle_on_the_true_surfaces() {
     let (face, pairs) = coarse();
     let search = ContactSearch::new(&face, ContactReach::default());
-    let same = search.at(&face, &vec![0.; 3 * face.mesh.n_nodes()]);
+    let same = search.at(&face, &vec![0.; 3 * face.mesh.n_nodes()], &Pose::rest());
     assert_eq!(same.overlap_mm(), 0.);
     assert!(pairs.iter().all(|p| same.pairs.iter().any(|q| p.row == q.row && p.gap_mm == q.gap_mm)));
 
@@ -289,7 +290,7 @@ fn gaps_linearised_where_the_tissue_went_settle_on_the_true_surfaces() {
     let (u, forces) = (&settled.equilibrium.displacement, &settled.equilibrium.contact_forces);
     assert!(forces.sum() > 0.01, "{}", forces.sum());
     // The candidates found where the tissue now is: their gaps there are distances, not extrapolations.
-    let there = search.at(&face, u);
+    let there = search.at(&face, u, &Pose::rest());
     let overlap = there.overlap_mm();
     assert!(overlap <= 1e-2 && overlap == settled.penetration_mm, "{overlap}");
     let distances = there.distances();

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use modiolus::contact::{Pair, PairKind, Solid, teeth_planes};
 use modiolus::face::standard::{Resolution, standard};
-use modiolus::face::{ContactReach, ContactSearch};
+use modiolus::face::{ContactReach, ContactSearch, Pose};
 use modiolus::forward::{ContactResponse, Model, contact_forces};
 use modiolus::inverse::{ActivatedProblem, ContactFit, ContactMode, Observations, Status};
 use modiolus::io::read_target;
@@ -32,7 +32,7 @@ fn prism(polygon: &[[f64; 2]], hub: [f64; 2]) -> Surface {
 
 /// Forces on the planes of a node on springs (1 N/mm), at `p`, under the load `push` (N), and where it goes.
 fn pressed(solid: &Solid, p: Vec3, push: Vec3) -> (Vec<(Vec3, f64)>, Vec3) {
-    let pairs = teeth_planes(PairKind::UpperTeeth, solid, &[p], &[0], &BTreeMap::new(), 5., 1.5);
+    let pairs = teeth_planes(PairKind::UpperTeeth, 0, solid, &[p], &[0], &BTreeMap::new(), 5., 1.5);
     let c = pairs.len();
     let contact = ContactResponse {
         kinds: vec![PairKind::UpperTeeth; c],
@@ -119,7 +119,10 @@ fn strong_muscles_settle_on_the_surfaces_of_the_deformed_face() {
         let u = &settled.equilibrium.displacement;
         println!("{muscles}: {} rounds, overlap {:.4} mm", settled.rounds, settled.penetration_mm);
         assert!(settled.settled && settled.linear_penetration_mm < 1e-9, "{muscles}");
-        assert!(face.contact_pairs_at(ContactReach::default(), u).overlap_mm() <= 1e-2, "{muscles}");
+        assert!(
+            face.contact_pairs_at(ContactReach::default(), u, &Pose::rest()).overlap_mm() <= 1e-2,
+            "{muscles}"
+        );
         // From the answer itself it stays there.
         let again = model.at(&a).unwrap().settle(&face, &search, &a, Some(u)).unwrap();
         assert!(again.settled, "{muscles}");
@@ -141,7 +144,7 @@ fn a_fit_satisfies_contact_where_its_answer_leads() {
     let first = first.solve(mode).unwrap();
     let displaced = model.at(&vec![0.5; model.muscles().len()]).unwrap();
     let u = displaced.displacement(&first.activations.values, first.contact_forces.as_slice());
-    let before = search.at(&face, &u).overlap_mm();
+    let before = search.at(&face, &u, &Pose::rest()).overlap_mm();
     let fit = ContactFit {
         face: &face,
         search: Some(&search),
@@ -151,7 +154,7 @@ fn a_fit_satisfies_contact_where_its_answer_leads() {
         mode,
     };
     let fitted = fit.fixed(0.5, first).unwrap();
-    let after = search.at(&face, &fitted.displacement.unwrap()).overlap_mm();
+    let after = search.at(&face, &fitted.displacement.unwrap(), &Pose::rest()).overlap_mm();
     println!(
         "overlap {before:.3} mm at rest planes, {after:.4} mm after {} linearisations",
         fitted.linearisations

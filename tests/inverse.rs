@@ -30,7 +30,13 @@ fn bound(k: usize, min: f64, max: f64) -> Bound {
 }
 
 fn mapped(map: DMatrix<f64>) -> Response {
-    Response { muscles: names(map.ncols()), offset: DVector::zeros(map.nrows()), map, contact: None }
+    Response {
+        muscles: names(map.ncols()),
+        jaw: None,
+        offset: DVector::zeros(map.nrows()),
+        map,
+        contact: None,
+    }
 }
 
 #[test]
@@ -94,7 +100,7 @@ fn every_term() -> Vec<Box<dyn Term>> {
             sigma_mm: 0.5,
         }),
         Box::new(MirroredPoints { left: 0, right: 2, sigma_mm: 0.9 }),
-        Box::new(Effort { weight: 0.4 }),
+        Box::new(Effort { muscles: 4, weight: 0.4 }),
     ]
 }
 
@@ -399,6 +405,7 @@ fn face() -> Face {
         tissue: Tissue::default(),
         muscle_tissue: MuscleTissue::default(),
         supports: Vec::new(),
+        jaw: None,
         muscles: vec![muscle("risorius_l"), muscle("risorius_r")],
         teeth: Vec::new(),
         mucosa: Vec::new(),

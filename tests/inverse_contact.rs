@@ -434,6 +434,7 @@ fn six_hundred_contacts() {
 fn one_spring_against_a_wall() {
     // u = a + lambda, g = 1/2 - a + lambda >= 0 pushes back once a > 1/2; the point follows u_x = a - lambda.
     let response = Response {
+        jaw: None,
         muscles: names(1),
         map: DMatrix::from_column_slice(3, 1, &[1.0, 0.0, 0.0]),
         offset: DVector::zeros(3),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use modiolus::face::standard::Resolution;
+use modiolus::face::{Jaw, standard::Resolution};
 use modiolus::io::nearest;
 use modiolus::render::{MAX_SIDE, MIN_SIDE, Show, View};
 
@@ -30,6 +30,8 @@ pub(crate) enum Verb {
     Render(RenderOptions),
     /// Draw the figures of the standard face: rest, smile, where muscle forces go, what each muscle does.
     Figures(FiguresOptions),
+    /// Cut and move bones: the face that heals there, on which fit and forward then run.
+    Surgery(SurgeryOptions),
     /// Check a face, or write the built-in one as files.
     Face {
         #[command(subcommand)]
@@ -61,8 +63,11 @@ pub(crate) struct ForwardOptions {
     pub(crate) common: CommonOptions,
     #[arg(
         help = "Activations from 0 to 1, such as zygomaticus_major=0.5,risorius_l=1; a name without side is both sides",
-long, required = true, value_name = "NAME=VALUE", value_delimiter = ',', value_parser = parse_assignment)]
+long, required_unless_present = "jaw_opening", value_name = "NAME=VALUE", value_delimiter = ',', value_parser = parse_assignment)]
     pub(crate) activate: Vec<Assignment>,
+    /// How far the jaw is open: the arc of the lower incisal point about the condylar axis, mm.
+    #[arg(long, value_name = "MM", value_parser = parse_opening)]
+    pub(crate) jaw_opening: Option<f64>,
     /// Folder for solution.json and face.vtu.
     #[arg(long, value_name = "DIR", default_value = "out/forward")]
     pub(crate) out: PathBuf,
@@ -133,9 +138,28 @@ pub(crate) struct FiguresOptions {
     /// The target whose answer is drawn as smile.png.
     #[arg(long, value_name = "TARGET.toml", default_value = "targets/symmetric_smile.toml")]
     pub(crate) smile: PathBuf,
+    /// The surgical plan whose faces before and after are drawn under its name.
+    #[arg(long, value_name = "PLAN.toml", default_value = "examples/setback/plan.toml")]
+    pub(crate) plan: PathBuf,
     /// The activation of each muscle in its picture.
     #[arg(long, value_name = "A", default_value = "0.5", value_parser = parse_fraction)]
     pub(crate) activation: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SurgeryOptions {
+    #[arg(value_name = "PLAN.toml", help = "The plan, such as examples/setback/plan.toml")]
+    pub(crate) plan: PathBuf,
+    /// The face: "standard", or a face.toml.
+    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    /// Folder for the new face (face.toml and its files), and for solution.json and face.vtu: how the old one
+    /// moves.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Print solution.json instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Clone, Debug, Args)]
@@ -280,6 +304,13 @@ fn parse_size(text: &str) -> Result<Size, String> {
         None => Err("write WIDTHxHEIGHT in pixels, such as 640x720".to_owned()),
         Some(size) if side.contains(&size.0) && side.contains(&size.1) => Ok(size),
         Some(_) => Err(format!("each side may be from {MIN_SIDE} to {MAX_SIDE} pixels, such as 640x720")),
+    }
+}
+
+fn parse_opening(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if (0.0..=Jaw::WIDEST_MM).contains(&value) => Ok(value),
+        _ => Err(format!("write the opening in mm, from 0 to {}, such as 4", Jaw::WIDEST_MM)),
     }
 }
 

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use modiolus::face::FaceError;
-use modiolus::forward::{ContactError, ForwardError};
+use modiolus::face::{FaceError, PlanError};
+use modiolus::forward::{ContactError, ForwardError, OperationError};
 use modiolus::inverse::{InverseError, TargetError};
 use modiolus::io::{
     AnswerFileError, FaceExportError, FaceFileError, FingerprintError, Location, MapFileError, MeshFileError,
-    TargetFileError,
+    PlanFileError, TargetFileError,
 };
 use modiolus::render::RenderError;
 use thiserror::Error;
@@ -21,8 +21,16 @@ pub(crate) enum CliError {
     Target { at: Location, error: Box<TargetError> },
     #[error("--activate: no muscle is called {name}; the face has: {known}")]
     UnknownMuscle { name: String, known: String },
+    #[error("--jaw-opening: {face} has no jaw joint; give its face file a [jaw] table")]
+    NoJaw { face: String },
     #[error("--activate: {name} is given twice; keep one")]
     ActivatedTwice { name: String },
+    #[error(transparent)]
+    PlanFile(#[from] PlanFileError),
+    #[error("{at}: {error}", at = place(at))]
+    Plan { at: Location, error: Box<PlanError> },
+    #[error("{}: {error}", plan.display())]
+    Operation { plan: PathBuf, error: Box<OperationError> },
     #[error(transparent)]
     FaceFile(#[from] FaceFileError),
     #[error(transparent)]

@@ -3,15 +3,18 @@
 use std::fs;
 use std::path::Path;
 
+use modiolus::forward::operate;
+use modiolus::io::{read_plan, read_target};
 use modiolus::render::{
-    Action, Drawing, Image, Scene, Show, action_sheet, contact_sheet, force_sheet, muscle_stems, three_views,
+    Action, Drawing, Image, Scene, Show, action_sheet, before_and_after, contact_sheet, force_sheet,
+    muscle_stems, three_views,
 };
 
 use super::Outcome;
 use super::arguments::{ContactMode, FiguresOptions, FitOptions, Stiffness};
 use super::error::CliError;
-use super::fit::fit;
-use super::load::load;
+use super::fit::fit_on;
+use super::load::{LoadedFace, load};
 use super::progress::Progress;
 use super::render::{displacements, write_image};
 
@@ -32,13 +35,21 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
     };
     let poses: Vec<Vec<f64>> =
         stems.iter().map(|stem| pose(&|s| if s == stem { options.activation } else { 0.0 })).collect();
-    let smile = fit(&FitOptions {
+    let asked = FitOptions {
         target: options.smile.clone(),
         common: options.common.clone(),
         out: None,
         contact: ContactMode::Reactions,
         json: false,
-    })?;
+    };
+    let target = read_target(&options.smile)?;
+    let smile = fit_on(loaded.clone(), &target, &asked, Progress::new())?;
+    let plan = read_plan(&options.plan)?.plan;
+    let operated = progress
+        .step("operate", || operate(&plan, face))
+        .map_err(|error| CliError::Operation { plan: options.plan.clone(), error: Box::new(error) })?;
+    let after = LoadedFace { face: operated.face, ..loaded.clone() };
+    let smile_after = fit_on(after.clone(), &target, &asked, Progress::new())?;
     let stiffness = options.common.stiffness;
     let moved = displacements(&loaded, &poses, stiffness, ContactMode::Reactions, &mut progress)?;
 
@@ -53,6 +64,10 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
     if let Some(u) = &smile.answer.displacement {
         write("smile.png", &three_views(&scene, &Drawing { displacement: Some(u), ..Drawing::default() })?)?;
     }
+    let after_scene = progress.step("prepare", || Scene::new(&after.face));
+    let both = [(&scene, &smile), (&after_scene, &smile_after)]
+        .map(|(scene, fitted)| (scene, fitted.answer.displacement.as_deref()));
+    write(&format!("{}.png", file_name(&plan.name)), &before_and_after(both, "smile")?)?;
     let muscles = Drawing { show: Show { muscles: true, ..Show::FACE }, ..Drawing::default() };
     write("muscles.png", &scene.draw(&Drawing { size: (800, 430), ..muscles })?)?;
     let known: Vec<&str> = FORCES.into_iter().filter(|f| stems.iter().any(|s| s == f)).collect();

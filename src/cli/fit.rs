@@ -16,13 +16,12 @@ use modiolus::io::{
 };
 use modiolus::mesh::{Locator, Site};
 use modiolus::units::Vec3;
-use nalgebra::DVector;
 
 use super::Outcome;
 use super::arguments::{ContactMode, FitOptions, Stiffness};
 use super::error::CliError;
 use super::export::{Answer, beyond_linear, export, tell_load};
-use super::load::{LoadedFace, fingerprint, load};
+use super::load::{LoadedFace, fingerprint, load, pose};
 use super::progress::Progress;
 
 /// The activation at which a nonlinear fit first holds the stiffness, to find a start.
@@ -53,10 +52,21 @@ pub(crate) struct Fitted {
     solved: bool,
 }
 
-pub(crate) fn fit(options: &FitOptions) -> Result<Fitted, CliError> {
-    let mut progress = Progress::new();
+fn fit(options: &FitOptions) -> Result<Fitted, CliError> {
+    // A wrong target is told before a large face is read.
     let document = read_target(&options.target)?;
-    let mut loaded = load(&options.common.face, &mut progress)?;
+    let mut progress = Progress::new();
+    let loaded = load(&options.common.face, &mut progress)?;
+    fit_on(loaded, &document, options, progress)
+}
+
+/// The fit of a target on a face that is there already.
+pub(crate) fn fit_on(
+    mut loaded: LoadedFace,
+    document: &TargetDocument,
+    options: &FitOptions,
+    mut progress: Progress,
+) -> Result<Fitted, CliError> {
     let (name, hash) = fingerprint(&options.target)?;
     loaded.inputs.insert(name, hash);
     let face = &loaded.face;
@@ -88,12 +98,12 @@ pub(crate) fn fit(options: &FitOptions) -> Result<Fitted, CliError> {
         Stiffness::Activated => MIDDLE,
         Stiffness::Fixed(a) => a,
     };
-    let linear = progress
-        .step("fit_at_fixed_stiffness", || problem.at_fixed_stiffness(held)?.solve(mode))
-        .map_err(|error| match error {
+    let linear = progress.step("fit_at_fixed_stiffness", || problem.solve_at_fixed_stiffness(held)).map_err(
+        |error| match error {
             InverseError::Target(error) => at(error),
             other => CliError::Inverse(Box::new(other)),
-        })?;
+        },
+    )?;
     let (search, observed) = (search.as_ref(), &observations);
     let contact = ContactFit { face, search, model: &model, target, observations: observed, mode };
     let is_nonlinear = stiffness == Stiffness::Activated && !linear.activations.values.is_empty();
@@ -153,8 +163,7 @@ fn activated(
     linear: &Solution,
     bar: &ProgressBar,
 ) -> Result<Found, InverseError> {
-    let start = DVector::from_column_slice(&linear.activations.values);
-    let rest = DVector::zeros(start.len());
+    let (start, rest) = (problem.start(linear), problem.rest());
     let bar = bar.clone();
     let tell = move |state: &SequentialState| {
         bar.set_message(format!("fit: step {}, objective {:.4}", state.get_iter() + 1, state.get_cost()));
@@ -164,7 +173,7 @@ fn activated(
     let points = (expected.len() / 3).max(1) as f64;
     let mut best = ActivatedSolution::best_of([from_linear, problem.solve(rest, tell.clone())?])?;
     let fitted = contact.activated(&mut best, tell)?;
-    let off = fitted.solution.activations.values.iter().zip(&start).map(|(a, b)| (a - b).abs());
+    let off = fitted.solution.activations.values.iter().zip(start.iter()).map(|(a, b)| (a - b).abs());
     let most = off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
     let linear = most.map(|(muscle, activation_off)| LinearJson {
         stiffness: MIDDLE,
@@ -190,6 +199,8 @@ fn solution_json(
     // The file's own warning about a zero names the line.
     let told = |w: &&Warning| !matches!(w, Warning::ExactZero { .. });
     warnings.extend(solution.warnings.iter().filter(told).map(|w| format!("{w}: {}", w.remedy())));
+    let jaw = pose(&loaded.face, solution.jaw_opening_mm);
+    warnings.extend(jaw.large_turns().iter().map(ToString::to_string));
     warnings.extend(deformation.filter(|d| !d.is_small()).map(beyond_linear));
     let is_default =
         options.common.stiffness == Stiffness::Activated && options.contact == ContactMode::Reactions;
@@ -199,6 +210,7 @@ fn solution_json(
         status: solution.status.into(),
         stiffness: options.common.stiffness.text(),
         activations: a.names.iter().cloned().zip(a.values.iter().copied()).collect(),
+        jaw_opening_mm: solution.jaw_opening_mm,
         residual_mm: ResidualJson {
             rms: observed.then_some(solution.residual.rms_mm),
             max: observed.then_some(solution.residual.max_mm),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use modiolus::face::{Face, standard, standard::Resolution};
+use modiolus::face::{Face, Pose, standard, standard::Resolution};
 use modiolus::io::{FaceDocument, read_face, sha256_of_file};
 
 use super::arguments::FaceChoice;
@@ -11,6 +11,7 @@ use super::error::CliError;
 use super::progress::Progress;
 
 /// A face that can be computed with.
+#[derive(Clone)]
 pub(crate) struct LoadedFace {
     pub(crate) face: Face,
     /// "standard", or its path as given.
@@ -44,6 +45,11 @@ pub(crate) fn load(choice: &FaceChoice, progress: &mut Progress) -> Result<Loade
             Ok(LoadedFace { face, name, called, warnings, inputs })
         }
     })
+}
+
+/// Where the bones are with the jaw open by so many mm.
+pub(crate) fn pose(face: &Face, jaw_opening_mm: Option<f64>) -> Pose {
+    face.jaw.as_ref().zip(jaw_opening_mm).map(|(jaw, q)| Pose::opened(jaw, q)).unwrap_or_default()
 }
 
 /// The name and fingerprint of one input file.

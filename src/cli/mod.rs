@@ -12,6 +12,7 @@ mod load;
 mod map;
 mod progress;
 mod render;
+mod surgery;
 mod table;
 
 use std::io::{self, Write};
@@ -51,6 +52,7 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
         Verb::Map(options) => map::run(&options),
         Verb::Render(options) => render::run(&options),
         Verb::Figures(options) => figures::run(&options),
+        Verb::Surgery(options) => surgery::run(&options),
         Verb::Face { verb: FaceVerb::Check { face } } => face_verbs::check(&face),
         Verb::Face { verb: FaceVerb::Export { resolution, out, .. } } => face_verbs::export(resolution, &out),
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use modiolus::face::ContactReach;
+use modiolus::face::{ContactReach, Pose};
 use modiolus::forward::{FixedStiffness, Model, Response, contact_forces};
 use modiolus::io::{read_answer, write_atomically};
 use modiolus::render::{Drawing, Image, RenderError, Scene};
@@ -12,7 +12,7 @@ use super::Outcome;
 use super::activation_list::resolve;
 use super::arguments::{ContactMode, FaceChoice, RenderOptions, Stiffness};
 use super::error::CliError;
-use super::load::{LoadedFace, load};
+use super::load::{LoadedFace, load, pose};
 use super::progress::{Progress, say};
 
 /// A face and how it is moved.
@@ -20,6 +20,7 @@ struct Posed {
     loaded: LoadedFace,
     activation: Option<Vec<f64>>,
     displacement: Option<Vec<f64>>,
+    pose: Pose,
 }
 
 pub(crate) fn run(options: &RenderOptions) -> Result<Outcome, CliError> {
@@ -30,7 +31,7 @@ pub(crate) fn run(options: &RenderOptions) -> Result<Outcome, CliError> {
         }
         face => activated(face, options, &mut progress)?,
     };
-    let Posed { loaded, activation, displacement } = &posed;
+    let Posed { loaded, activation, displacement, pose } = &posed;
     if options.show.displacement && displacement.is_none() {
         return Err(CliError::NothingMoves);
     }
@@ -40,6 +41,7 @@ pub(crate) fn run(options: &RenderOptions) -> Result<Outcome, CliError> {
         size: (options.size.0, options.size.1),
         show: options.show,
         displacement: displacement.as_deref(),
+        pose: pose.clone(),
         activation: activation.as_deref(),
         rest_outline: options.rest_outline,
         ..Drawing::default()
@@ -66,13 +68,13 @@ pub(crate) fn write_image(path: &Path, image: &Image) -> Result<(), CliError> {
 fn activated(face: &FaceChoice, options: &RenderOptions, progress: &mut Progress) -> Result<Posed, CliError> {
     let loaded = load(face, progress)?;
     if options.activate.is_empty() {
-        return Ok(Posed { loaded, activation: None, displacement: None });
+        return Ok(Posed { loaded, activation: None, displacement: None, pose: Pose::rest() });
     }
     let muscles: Vec<String> = loaded.face.muscles.iter().map(|m| m.name.clone()).collect();
     let activation = resolve(&options.activate, &muscles)?;
     let poses = [activation.clone()];
     let mut moved = displacements(&loaded, &poses, options.stiffness, options.contact, progress)?;
-    Ok(Posed { loaded, activation: Some(activation), displacement: moved.pop() })
+    Ok(Posed { loaded, activation: Some(activation), displacement: moved.pop(), pose: Pose::rest() })
 }
 
 /// Displacement (3n, mm) under each of the activations `poses`: from one factorisation where the stiffness is held.
@@ -138,5 +140,6 @@ fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Resul
     }
     let of = |name: &String| files.activations.get(name).copied().unwrap_or(0.0);
     let activation = loaded.face.muscles.iter().map(|m| of(&m.name)).collect();
-    Ok(Posed { loaded, activation: Some(activation), displacement: Some(files.displacement) })
+    let pose = pose(&loaded.face, files.jaw_opening_mm);
+    Ok(Posed { loaded, activation: Some(activation), displacement: Some(files.displacement), pose })
 }

@@ -18,6 +18,7 @@ pub(crate) fn render(heading: &str, answer: &SolutionJson) -> String {
     let parts = [
         format!("{heading}\n"),
         activations(&answer.activations),
+        answer.jaw_opening_mm.map(|q| format!("Jaw open by {:.1} mm\n", tidy(q, 1))).unwrap_or_default(),
         markers(answer),
         features(answer),
         answer.contact.as_ref().map(contact).unwrap_or_default(),

@@ -122,6 +122,7 @@ fn one(p: Vec3, node: usize, tissue: Vec3, patch: &Patch, cutoff_mm: f64) -> Opt
         kind: PairKind::Lips,
         node,
         row: row.into_iter().collect(),
+        tooth: None,
         gap_mm: gap.max(0.),
         rest_overlap_mm: (-gap).max(0.),
     })

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::{Pair, PairKind, Projection, Solid};
+use super::{Pair, PairKind, Projection, Solid, ToothPoint};
 use crate::units::Vec3;
 
-/// The pairs of the nodes `nodes` (positions `points`, n x 3, mm) with the teeth `solid`, in the
-/// order of `nodes`: one a node that lies inside or within `cutoff_mm` outside.
+/// The pairs of the nodes `nodes` (positions `points`, n x 3, mm) with the teeth `solid`, which is tooth
+/// surface `surface` of the face, in the order of `nodes`: one a node that lies inside or within `cutoff_mm` outside.
 ///
 /// The row is the outward unit normal of the tooth at the node's closest point, the gap the signed
 /// distance, a negative one taken as zero and recorded as rest overlap. A node inside a tooth leaves
@@ -15,6 +15,7 @@ use crate::units::Vec3;
 /// lip through the teeth. Nodes without a normal leave by the closest part.
 pub fn teeth_pairs(
     kind: PairKind,
+    surface: usize,
     solid: &Solid,
     points: &[Vec3],
     nodes: &[usize],
@@ -33,6 +34,7 @@ pub fn teeth_pairs(
             kind,
             node,
             row: vec![(node, way_out.normal)],
+            tooth: Some(ToothPoint { surface, at: way_out.point }),
             gap_mm: closest.distance_mm.max(0.),
             rest_overlap_mm: (-closest.distance_mm).max(0.),
         })
@@ -45,6 +47,7 @@ pub fn teeth_pairs(
 /// within `near_mm`.
 pub fn teeth_planes(
     kind: PairKind,
+    surface: usize,
     solid: &Solid,
     points: &[Vec3],
     nodes: &[usize],
@@ -53,7 +56,7 @@ pub fn teeth_planes(
     near_mm: f64,
 ) -> Vec<Pair> {
     let mut pairs = Vec::new();
-    for first in teeth_pairs(kind, solid, points, nodes, normals, cutoff_mm) {
+    for first in teeth_pairs(kind, surface, solid, points, nodes, normals, cutoff_mm) {
         let p = points[first.node];
         let distance_mm = first.gap_mm - first.rest_overlap_mm;
         let closest = Projection { point: p, normal: first.row[0].1, distance_mm };
@@ -61,6 +64,7 @@ pub fn teeth_planes(
             let others = solid.planes(p, closest, distance_mm.abs() + near_mm);
             pairs.extend(others[1..].iter().map(|plane| Pair {
                 row: vec![(first.node, plane.normal)],
+                tooth: Some(ToothPoint { surface, at: plane.point }),
                 gap_mm: plane.distance_mm.max(0.),
                 rest_overlap_mm: (-plane.distance_mm).max(0.),
                 ..first.clone()

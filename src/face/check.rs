@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::curve::polyline_length;
+use super::jaw::LEAST_ARM_MM;
 use super::{Face, FaceError, FaceWarning, Muscle, MuscleLaw, MuscleTissue, RestOverlap, Tissue};
 use crate::mesh::{CellKind, validate};
 use crate::units::Vec3;
@@ -98,6 +99,7 @@ impl Face {
         errors.extend(e);
         warnings.extend(w);
         errors.extend(self.missing_nodes());
+        errors.extend(self.jaw_error());
         if !errors.is_empty() {
             return (errors, warnings);
         }
@@ -143,6 +145,36 @@ impl Face {
             Some(FaceError::MissingNode { set: set.to_owned(), node, n_nodes })
         };
         named.into_iter().chain(bones).filter_map(missing).collect()
+    }
+
+    fn jaw_error(&self) -> Option<FaceError> {
+        let jaw = self.jaw.as_ref()?;
+        let wrong = |field, problem: String| Some(FaceError::Jaw { field, problem });
+        if !self.has_bone(&jaw.bone) {
+            let field = "jaw.bone".to_owned();
+            return Some(FaceError::UnknownBone { field, bone: jaw.bone.clone(), known: self.bones() });
+        }
+        let [left, right] = jaw.condyles;
+        if [left, right, jaw.incisor].iter().any(|p| !p.iter().all(|x| x.is_finite())) {
+            return wrong("jaw.condyles_mm", "a coordinate is not finite; give places in mm".to_owned());
+        }
+        let apart = left.x - right.x;
+        if apart < LEAST_ARM_MM {
+            let problem = format!(
+                "the left condyle must be at least {LEAST_ARM_MM} mm to the left (+x) of the right one, not {apart:.2}; \
+                 give the left one first"
+            );
+            return wrong("jaw.condyles_mm", problem);
+        }
+        let arm = jaw.arm_mm();
+        if arm < LEAST_ARM_MM {
+            let problem = format!(
+                "the lower incisal point is {arm:.2} mm from the axis through the condyles; give one at least \
+                 {LEAST_ARM_MM} mm away"
+            );
+            return wrong("jaw.incisor_mm", problem);
+        }
+        None
     }
 
     fn odd_fibres(&self, muscle: &Muscle) -> Vec<FaceWarning> {

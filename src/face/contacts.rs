@@ -1,8 +1,9 @@
 //! The contact candidates of a face.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Face;
+use super::{Face, Pose};
 use crate::contact::{Facets, Pair, PairKind, Solid, lip_pairs, teeth_pairs, teeth_planes};
 use crate::mesh::Mesh;
 use crate::units::Vec3;
@@ -45,7 +46,8 @@ pub struct RestOverlap {
 #[derive(Clone, Debug)]
 pub struct ContactSearch {
     reach: ContactReach,
-    teeth: Vec<(PairKind, Solid)>,
+    /// The tooth surfaces at rest, upper before lower, with their place among the face's.
+    teeth: Vec<(PairKind, usize, Solid)>,
     facets: Facets,
     fixed: BTreeSet<usize>,
     mucosa: Vec<usize>,
@@ -83,18 +85,19 @@ impl ContactSearch {
     /// The search on `face` within `reach`.
     pub fn new(face: &Face, reach: ContactReach) -> Self {
         let kind = |upper| if upper { PairKind::UpperTeeth } else { PairKind::LowerTeeth };
-        let arches =
-            [true, false].into_iter().flat_map(|upper| face.teeth.iter().filter(move |t| t.upper == upper));
+        let arches = [true, false]
+            .into_iter()
+            .flat_map(|upper| face.teeth.iter().enumerate().filter(move |(_, t)| t.upper == upper));
         let fixed: BTreeSet<usize> = face.supports.iter().flat_map(|s| s.nodes.iter().copied()).collect();
         let mut search = Self {
             reach,
-            teeth: arches.map(|t| (kind(t.upper), Solid::new(&t.surface))).collect(),
+            teeth: arches.map(|(k, t)| (kind(t.upper), k, Solid::new(&t.surface))).collect(),
             facets: Facets::of(&face.mesh),
             mucosa: face.mucosa.iter().filter(|node| !fixed.contains(node)).copied().collect(),
             fixed,
             rest: Vec::new(),
         };
-        search.rest = search.pairs_on(face, &face.mesh, None);
+        search.rest = search.pairs_on(face, &face.mesh, &Pose::rest(), None);
         search
     }
 
@@ -110,36 +113,51 @@ impl ContactSearch {
         all.filter(|node| !self.fixed.contains(node)).copied().collect::<BTreeSet<_>>().into_iter().collect()
     }
 
-    /// The candidates where the tissue has moved by `u` (3n, node-major xyz, mm).
-    pub fn at(&self, face: &Face, u: &[f64]) -> TouchedSurfaces {
+    /// The candidates where the tissue has moved by `u` (3n, node-major xyz, mm) and the teeth with their bones by
+    /// `pose`.
+    pub fn at(&self, face: &Face, u: &[f64], pose: &Pose) -> TouchedSurfaces {
         let mut moved = face.mesh.clone();
         for (node, point) in moved.points.iter_mut().enumerate() {
             *point += Vec3::from_fn(|axis, _| u.get(3 * node + axis).copied().unwrap_or(0.));
         }
         let forgiven: BTreeMap<(PairKind, usize), f64> =
             self.rest.iter().map(|pair| ((pair.kind, pair.node), pair.rest_overlap_mm)).collect();
-        let mut pairs = self.pairs_on(face, &moved, Some(NEAR_MM));
+        let mut pairs = self.pairs_on(face, &moved, pose, Some(NEAR_MM));
+        let by_teeth = face.tooth_changes(&pairs, pose);
         let mut distance_mm = Vec::with_capacity(pairs.len());
-        for pair in &mut pairs {
+        for (pair, by_tooth) in pairs.iter_mut().zip(by_teeth) {
             let overlap = forgiven.get(&(pair.kind, pair.node)).copied().unwrap_or(0.);
             let distance = pair.gap_mm - pair.rest_overlap_mm + overlap;
             distance_mm.push(distance);
             pair.rest_overlap_mm = overlap;
-            pair.gap_mm = distance - pair.change_mm(u);
+            pair.gap_mm = distance - pair.change_mm(u) - by_tooth;
         }
         TouchedSurfaces { pairs, distance_mm }
     }
 
-    /// The pairs on the moved `mesh` of `face`, of nodes near a tooth with every plane within `near_mm`.
-    fn pairs_on(&self, face: &Face, mesh: &Mesh, near_mm: Option<f64>) -> Vec<Pair> {
+    /// The pairs on the moved `mesh` of `face` with its teeth at `pose`, of nodes near a tooth with every plane
+    /// within `near_mm`. Teeth are met where they rest: the nodes are brought there.
+    fn pairs_on(&self, face: &Face, mesh: &Mesh, pose: &Pose, near_mm: Option<f64>) -> Vec<Pair> {
         let normals = self.facets.node_normals(mesh);
         let mut pairs = Vec::new();
-        for (kind, solid) in &self.teeth {
-            let (points, nodes, far) = (&mesh.points, &self.mucosa, self.reach.teeth_mm);
-            pairs.extend(match near_mm {
-                None => teeth_pairs(*kind, solid, points, nodes, &normals, far),
-                Some(near) => teeth_planes(*kind, solid, points, nodes, &normals, far, near),
-            });
+        for (kind, surface, solid) in &self.teeth {
+            let motion = pose.motion(face, &face.teeth[*surface].bone);
+            let (mut points, mut facing) = (Cow::Borrowed(&mesh.points), Cow::Borrowed(&normals));
+            if !motion.is_rest() {
+                for &node in &self.mucosa {
+                    points.to_mut()[node] = motion.origin_of(mesh.points[node]);
+                }
+                facing = Cow::Owned(normals.iter().map(|(&k, n)| (k, motion.turned_back(*n))).collect());
+            }
+            let (nodes, far) = (&self.mucosa, self.reach.teeth_mm);
+            let mut found = match near_mm {
+                None => teeth_pairs(*kind, *surface, solid, &points, nodes, &facing, far),
+                Some(near) => teeth_planes(*kind, *surface, solid, &points, nodes, &facing, far, near),
+            };
+            if !motion.is_rest() {
+                found.iter_mut().flat_map(|pair| &mut pair.row).for_each(|(_, n)| *n = motion.turned(*n));
+            }
+            pairs.extend(found);
         }
         let lips =
             lip_pairs(mesh, &self.facets, &face.upper_lip, &face.lower_lip, self.reach.lips_mm, near_mm);
@@ -156,8 +174,8 @@ impl Face {
     }
 
     /// [`ContactSearch::at`], for one displacement only.
-    pub fn contact_pairs_at(&self, reach: ContactReach, u: &[f64]) -> TouchedSurfaces {
-        ContactSearch::new(self, reach).at(self, u)
+    pub fn contact_pairs_at(&self, reach: ContactReach, u: &[f64], pose: &Pose) -> TouchedSurfaces {
+        ContactSearch::new(self, reach).at(self, u, pose)
     }
 
     /// How far the mucosa overlaps the teeth at rest: for each node the deeper of the two arches.

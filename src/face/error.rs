@@ -103,6 +103,24 @@ pub enum FaceError {
     /// The mesh, or how it is held.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// A joint on which nothing can turn.
+    #[error("{field}: {problem}")]
+    Jaw {
+        /// `jaw.bone`, `jaw.condyles_mm` or `jaw.incisor_mm`.
+        field: &'static str,
+        /// What is wrong, and what to give.
+        problem: String,
+    },
+    /// Teeth on, or a piece of, a bone that the face has not.
+    #[error("{field}: no bone is called `{bone}`; the face has {}", .known.join(", "))]
+    UnknownBone {
+        /// Path of the field.
+        field: String,
+        /// The bone.
+        bone: String,
+        /// The bones of the face.
+        known: Vec<String>,
+    },
     /// A set names a node that the mesh has not.
     #[error("{set} names node {node} (from 0), but the mesh has {n_nodes}")]
     MissingNode {

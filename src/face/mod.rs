@@ -7,11 +7,15 @@ mod contacts;
 mod curve;
 mod embed;
 mod error;
+mod jaw;
 mod landmark;
 mod muscle;
+mod pose;
+mod rigid_motion;
 mod skin_normal;
 pub mod standard;
 mod support;
+mod surgical_plan;
 mod teeth;
 mod tissue;
 
@@ -21,11 +25,15 @@ pub use contacts::{ContactReach, ContactSearch, RestOverlap, TouchedSurfaces};
 pub use curve::{polyline_length, smooth_curve};
 pub use embed::{Projected, TooFar, embed};
 pub use error::{FaceError, FaceWarning};
+pub use jaw::{Jaw, JawRange};
 pub use landmark::Landmark;
 pub use muscle::{Fibre, Muscle};
+pub use pose::{LargeTurn, Pose};
+pub use rigid_motion::RigidMotion;
 pub use skin_normal::SkinNormal;
 pub use standard::standard;
 pub use support::Support;
+pub use surgical_plan::{About, Cut, CutBy, Motion, Move, PlanError, PreparedPlan, SurgicalPlan};
 pub use teeth::Teeth;
 pub use tissue::{MuscleLaw, MuscleTissue, Tissue};
 
@@ -44,6 +52,8 @@ pub struct Face {
     pub muscle_tissue: MuscleTissue,
     /// Node sets fixed to bone segments.
     pub supports: Vec<Support>,
+    /// The jaw joint, where it is known.
+    pub jaw: Option<Jaw>,
     /// Muscles: the unknowns of the inverse, in this order.
     pub muscles: Vec<Muscle>,
     /// Tooth surfaces, closed and outward oriented.

@@ -7,6 +7,8 @@ use crate::mesh::Surface;
 pub struct Teeth {
     /// True for the upper arch.
     pub upper: bool,
+    /// The bone that carries it.
+    pub bone: String,
     /// The surface, mm.
     pub surface: Surface,
 }

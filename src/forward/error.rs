@@ -56,6 +56,9 @@ pub enum ForwardError {
         /// The node's id in its file.
         node: u64,
     },
+    /// A jaw that is to open but is not there.
+    #[error("the face has no jaw joint, so that its jaw cannot be opened; give it a [jaw] table")]
+    NoJaw,
     /// An activation is unusable.
     #[error("activation of {muscle} is {value}; give a number from 0 to 1")]
     Activation {

@@ -1,10 +1,12 @@
 //! The linear model at one fixed stiffness.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::moved_bones::MovedBones;
 use super::{Cholesky, ContactError, ContactResponse, Model, Response, SparseColumn, contact_forces};
 use crate::contact::Pair;
+use crate::face::Pose;
 use crate::mesh::Site;
 
 /// The forward model at a fixed stiffness `K(abar)`: linear in activations and contact forces.
@@ -13,6 +15,8 @@ pub struct FixedStiffness<'m> {
     model: &'m Model,
     activation: Vec<f64>,
     cholesky: Cholesky,
+    /// `None` with every bone at rest.
+    bones: Option<MovedBones>,
 }
 
 /// Where the tissue comes to rest under its muscles, its stiffness being that of their activations.
@@ -25,8 +29,28 @@ pub struct Equilibrium {
 }
 
 impl<'m> FixedStiffness<'m> {
-    pub(super) fn new(model: &'m Model, activation: &[f64], cholesky: Cholesky) -> Self {
-        Self { model, activation: activation.to_vec(), cholesky }
+    pub(super) fn new(
+        model: &'m Model,
+        activation: &[f64],
+        cholesky: Cholesky,
+        bones: Option<MovedBones>,
+    ) -> Self {
+        Self { model, activation: activation.to_vec(), cholesky, bones }
+    }
+
+    /// Where the bones are.
+    pub fn pose(&self) -> Pose {
+        self.bones.as_ref().map(|b| b.pose.clone()).unwrap_or_default()
+    }
+
+    /// The activations `abar` (m) of this stiffness, and after them the share of the jaw's opening where that
+    /// is an unknown: where the [`response`](Self::response) stands.
+    pub fn unknowns(&self) -> DVector<f64> {
+        let share = self.bones.as_ref().and_then(|b| b.jaw.as_ref()).map(|jaw| jaw.share);
+        DVector::from_iterator(
+            self.activation.len() + usize::from(share.is_some()),
+            self.activation.iter().copied().chain(share),
+        )
     }
 
     /// The model that this is the stiffness of.
@@ -47,7 +71,7 @@ impl<'m> FixedStiffness<'m> {
     }
 
     /// Displacement (3n, mm) `u = K^-1 (F a + G' lambda)` under activations `a` (m) and contact
-    /// forces `lambda` (c, N; empty when there are none).
+    /// forces `lambda` (c, N; empty when there are none), on top of what the moved bones do.
     pub fn displacement(&self, activation: &[f64], contact_forces: &[f64]) -> Vec<f64> {
         self.displacement_with(self.model.pairs(), activation, contact_forces)
     }
@@ -65,7 +89,11 @@ impl<'m> FixedStiffness<'m> {
                 }
             }
         }
-        self.cholesky.displacements(&[force]).swap_remove(0)
+        let mut u = self.cholesky.displacements(&[force]).swap_remove(0);
+        if let Some(bones) = &self.bones {
+            u.iter_mut().zip(&bones.lift).for_each(|(u, lift)| *u += lift);
+        }
+        u
     }
 
     /// The response of `sites` and contacts, every block from one Gram matrix `C' K^-1 C` with
@@ -94,22 +122,58 @@ impl<'m> FixedStiffness<'m> {
             compliance: gram.view((m + d, m + d), (c, c)).into_owned(),
             reach: gram.view((m, m + d), (d, c)).into_owned(),
         });
-        Response {
+        let mut response = Response {
             muscles: self.model.muscles().to_vec(),
+            jaw: None,
             map: gram.view((m, 0), (d, m)).into_owned(),
             offset: DVector::zeros(d),
             contact,
+        };
+        if let Some(bones) = &self.bones {
+            self.add_bones(bones, sites, pairs, &mut response);
+        }
+        response
+    }
+
+    /// Change of the gaps of `pairs` (c) by the moved bones without activation and contact forces, mm.
+    pub(super) fn gap_changes(&self, pairs: &[Pair]) -> DVector<f64> {
+        match &self.bones {
+            Some(bones) => DVector::from_vec(bones.gap_changes(self.model, pairs)),
+            None => DVector::zeros(pairs.len()),
         }
     }
 
-    /// Displacement and contact forces at the activations `abar` that this stiffness belongs to:
-    /// `K(abar) u = F abar + G' lambda`, `0 <= lambda  _|_  g0 + G u >= 0`.
+    /// What the moved bones do to the observed points and the gaps, and the column of the jaw's opening where
+    /// that is an unknown.
+    fn add_bones(&self, bones: &MovedBones, sites: &[Site], pairs: &[Pair], response: &mut Response) {
+        response.offset = observed(sites, &bones.lift);
+        if let Some(contact) = &mut response.contact {
+            contact.gap += DVector::from_vec(bones.gap_changes(self.model, pairs));
+        }
+        let Some(jaw) = &bones.jaw else { return };
+        response.jaw = Some(jaw.range);
+        let append = |matrix: &mut DMatrix<f64>, offset: &mut DVector<f64>, column: DVector<f64>| {
+            offset.axpy(-jaw.share, &column, 1.);
+            let last = matrix.ncols();
+            let whole = std::mem::replace(matrix, DMatrix::zeros(0, 0));
+            *matrix = whole.insert_column(last, 0.);
+            matrix.set_column(last, &column);
+        };
+        append(&mut response.map, &mut response.offset, observed(sites, &jaw.field));
+        if let Some(contact) = &mut response.contact {
+            let slopes = DVector::from_vec(jaw.gap_slopes(self.model, pairs));
+            append(&mut contact.approach, &mut contact.gap, slopes);
+        }
+    }
+
+    /// Displacement and contact forces at the activations `abar` that this stiffness belongs to and at its
+    /// pose: `K(abar) u = F abar + G' lambda`, `0 <= lambda  _|_  g0 + G u >= 0`.
     ///
     /// # Errors
     /// [`ContactError`] when no contact forces keep the gaps open.
     pub fn equilibrium(&self, contact: Option<&ContactResponse>) -> Result<Equilibrium, ContactError> {
         let contact_forces = match contact {
-            Some(contact) => contact_forces(contact, &DVector::from_column_slice(&self.activation))?,
+            Some(contact) => contact_forces(contact, &self.unknowns())?,
             None => DVector::zeros(0),
         };
         let displacement = self.displacement(&self.activation, contact_forces.as_slice());
@@ -120,7 +184,8 @@ impl<'m> FixedStiffness<'m> {
     /// (3n, mm) that it causes:
     /// `K(abar) u' = F a' - sum_m (a'_m - abar_m) dK/da_m u + G' lambda'`.
     ///
-    /// Its map is the exact Jacobian `du/da_m = K(abar)^-1 (f_m - dK/da_m u)` at fixed contact forces:
+    /// `u` includes what the moved bones do, so that the force which they need is seen to change with `K`. The
+    /// map is the exact Jacobian `du/da_m = K(abar)^-1 (f_m - dK/da_m u)` at fixed contact forces:
     /// the fixed-stiffness map less `K^-1 dK/da_m u`, one more solve a muscle.
     pub fn tangent(&self, sites: &[Site], response: &Response, displacement: &[f64]) -> Response {
         let stretched: Vec<Vec<f64>> = (0..self.model.muscles().len())
@@ -153,6 +218,15 @@ impl<'m> FixedStiffness<'m> {
         add(&mut full, column, 1.);
         full
     }
+}
+
+/// Displacements (3p) of `sites` in the field `u` (3n), mm.
+fn observed(sites: &[Site], u: &[f64]) -> DVector<f64> {
+    let seen = sites.iter().flat_map(|site| {
+        let u = site.displacement(u);
+        [u.x, u.y, u.z]
+    });
+    DVector::from_iterator(3 * sites.len(), seen)
 }
 
 fn add(full: &mut [f64], column: &SparseColumn, factor: f64) {

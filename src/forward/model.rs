@@ -4,20 +4,23 @@ use std::sync::Arc;
 
 use super::assembly::assemble;
 use super::fibre_force::fibre_forces;
+use super::moved_bones::MovedBones;
 use super::{Cholesky, FixedStiffness, ForwardError, SparseColumn, Stiffness, SymbolicFactor};
 use crate::contact::Pair;
-use crate::face::{Face, Muscle, MuscleTissue};
+use crate::face::{Face, JawRange, Muscle, MuscleTissue, Pose};
 use crate::mesh::{Locator, Mesh};
 
 /// How far outside the mesh a fibre point may lie, mm, before it is refused: points that were
 /// projected onto the skin or the bone are off it by rounding and by the curvature of a face.
 const OUTSIDE_MM: f64 = 0.5;
 
-/// The forward model `K(a) u = F a + G' lambda` of a face (DESIGN 3).
+/// The forward model `K_ff(a) u_f = F a + G' lambda - K_fb(a) u_b` of a face (DESIGN 3), with `u_b` the displacement
+/// of the nodes on bones.
 ///
 /// Shapes: `n` nodes, `m` muscles, `c` contact pairs.
 #[derive(Clone, Debug)]
 pub struct Model {
+    face: Arc<Face>,
     muscles: Vec<String>,
     tissue: MuscleTissue,
     stiffness: Arc<Stiffness>,
@@ -43,8 +46,9 @@ impl Model {
         let loads = face.muscles.iter().map(|m| load(m, &locator)).collect::<Result<Vec<_>, _>>()?;
         check_loaded_nodes(mesh, &pairs)?;
         let muscles = face.muscles.iter().map(|m| m.name.clone()).collect();
-        let (tissue, stiffness, loads) = (face.muscle_tissue, Arc::new(stiffness), Arc::new(loads));
-        Ok(Self { muscles, tissue, stiffness, symbolic, loads, pairs, muscle_volumes })
+        let (face, tissue) = (Arc::new(face.clone()), face.muscle_tissue);
+        let (stiffness, loads) = (Arc::new(stiffness), Arc::new(loads));
+        Ok(Self { face, muscles, tissue, stiffness, symbolic, loads, pairs, muscle_volumes })
     }
 
     /// This model with other contact candidates, on nodes of the same face: nothing is assembled again.
@@ -53,18 +57,52 @@ impl Model {
         Self { pairs, ..self.clone() }
     }
 
-    /// The model at the fixed stiffness `K(abar)`; `activation` (m) is `abar`.
+    /// The model at the fixed stiffness `K(abar)`, its bones at rest; `activation` (m) is `abar`.
     ///
     /// # Errors
     /// [`ForwardError::Activation`] outside [0, 1], [`ForwardError::NotPositiveDefinite`].
     pub fn at(&self, activation: &[f64]) -> Result<FixedStiffness<'_>, ForwardError> {
+        self.at_pose(activation, &Pose::rest())
+    }
+
+    /// The model at the fixed stiffness `K(abar)`, its bones moved by `pose`.
+    ///
+    /// # Errors
+    /// As [`at`](Self::at).
+    pub fn at_pose(&self, activation: &[f64], pose: &Pose) -> Result<FixedStiffness<'_>, ForwardError> {
+        let (values, cholesky) = self.factorised(activation)?;
+        let bones = (!pose.is_rest()).then(|| MovedBones::new(self, &values, &cholesky, pose.clone()));
+        Ok(FixedStiffness::new(self, activation, cholesky, bones))
+    }
+
+    /// The model at the fixed stiffness `K(abar)` with the jaw as an unknown beside the activations, opened by
+    /// the `share` (0 to 1) of `range`.
+    ///
+    /// # Errors
+    /// As [`at`](Self::at), and [`ForwardError::NoJaw`].
+    pub fn at_opening(
+        &self,
+        activation: &[f64],
+        range: JawRange,
+        share: f64,
+    ) -> Result<FixedStiffness<'_>, ForwardError> {
+        if self.face.jaw.is_none() {
+            return Err(ForwardError::NoJaw);
+        }
+        let (values, cholesky) = self.factorised(activation)?;
+        let bones = MovedBones::opened(self, &values, &cholesky, range, share);
+        Ok(FixedStiffness::new(self, activation, cholesky, Some(bones)))
+    }
+
+    fn factorised(&self, activation: &[f64]) -> Result<(Vec<f64>, Cholesky), ForwardError> {
         for (muscle, &value) in self.muscles.iter().zip(activation) {
             if !(0. ..=1.).contains(&value) {
                 return Err(ForwardError::Activation { muscle: muscle.clone(), value });
             }
         }
         let values = self.stiffness_at(activation);
-        Ok(FixedStiffness::new(self, activation, Cholesky::new(Arc::clone(&self.symbolic), &values)?))
+        let cholesky = Cholesky::new(Arc::clone(&self.symbolic), &values)?;
+        Ok((values, cholesky))
     }
 
     /// Values of `K(a)` on the pattern of [`stiffness`](Self::stiffness).
@@ -90,6 +128,11 @@ impl Model {
             self.stiffness.add_part_product(muscle * active.len() + k, slopes[tensor], u, &mut force);
         }
         force
+    }
+
+    /// The face.
+    pub fn face(&self) -> &Face {
+        &self.face
     }
 
     /// Names of the `m` muscles.

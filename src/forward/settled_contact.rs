@@ -46,9 +46,9 @@ pub struct SettledContact {
 }
 
 impl FixedStiffness<'_> {
-    /// The equilibrium under `activation` (m) with gaps and normals linearised where the tissue went, sought from
-    /// the displacement `start` (3n, mm; from rest when `None`); where it does not settle, that with the least
-    /// overlap.
+    /// The equilibrium under `activation` (m), bones at the pose of this stiffness, with gaps and normals linearised
+    /// where the tissue went, sought from the displacement `start` (3n, mm; from what the bones alone do when
+    /// `None`); where it does not settle, that with the least overlap.
     ///
     /// From rest the load grows in increments that move no candidate by much more than 1 mm, so that surfaces never
     /// overlap deeply and each node keeps its side. Each round solves `0 <= lambda _|_ g + G (u - v) >= 0` with `g`
@@ -69,8 +69,11 @@ impl FixedStiffness<'_> {
         let nodes = search.nodes(face);
         let condensed = Condensed::new(self, &nodes);
         let settling = Settling { stiff: self, condensed, nodes, activation };
-        let mut pairs = start.map_or_else(|| search.rest().to_vec(), |u| search.at(face, u).pairs);
-        let mut place = Place::new(start.map_or_else(|| vec![0.; 3 * face.mesh.n_nodes()], <[f64]>::to_vec));
+        let pose = self.pose();
+        let from = start.map_or_else(|| self.displacement_with(&[], &[], &[]), <[f64]>::to_vec);
+        let is_rest = start.is_none() && pose.is_rest();
+        let mut pairs = if is_rest { search.rest().to_vec() } else { search.at(face, &from, &pose).pairs };
+        let mut place = Place::new(from);
         let mut increment = if start.is_some() { 1. } else { FIRST_LOAD };
         let (mut load, mut last, mut best) = (0., None, None::<SettledContact>);
         for rounds in 1..=MOST_ROUNDS {
@@ -87,7 +90,7 @@ impl FixedStiffness<'_> {
                 increment *= (STRIDE_MM / way.max(1e-3)).clamp(0.5, 2.);
                 load = next;
             }
-            let there = search.at(face, &held.displacement);
+            let there = search.at(face, &held.displacement, &pose);
             let distance = there.distances();
             let is_stray = |p: &Pair| distance.get(&(p.kind, p.node)).is_none_or(|d| *d > PRESSING_MM);
             let stray = held.pairs.iter().zip(held.forces.iter()).filter(|(p, _)| is_stray(p));
@@ -113,7 +116,7 @@ impl FixedStiffness<'_> {
                 break;
             }
             place.follow(&held.displacement);
-            pairs = search.at(face, &place.u).pairs;
+            pairs = search.at(face, &place.u, &pose).pairs;
             last = Some(held);
         }
         best.ok_or(ContactError::NotConverged)
@@ -142,7 +145,8 @@ impl Settling<'_> {
     /// from those of the linearisation before.
     fn held(&self, pairs: Vec<Pair>, load: f64, last: Option<&Held>) -> Result<Held, ContactError> {
         let a = load * DVector::from_column_slice(self.activation);
-        let contact = self.condensed.contact(&pairs);
+        let mut contact = self.condensed.contact(&pairs);
+        contact.gap += self.stiff.gap_changes(&pairs);
         let near = last.map(|last| Touching::new(&contact.compliance, same_contacts(last, &pairs)));
         let (forces, touching) = contact_forces_near(&contact, &a, near.as_ref())?;
         let gaps = &contact.gap + &contact.approach * &a + &contact.compliance * &forces;

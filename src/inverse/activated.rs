@@ -8,9 +8,15 @@ use super::program::Linearisation;
 use super::report;
 use super::solution::{Solution, Status};
 use super::term::{State, objective};
-use super::{Observations, Target};
-use crate::forward::Model;
+use super::{JawOpening, Observations, Target};
+use crate::face::{JawRange, Pose};
+use crate::forward::{FixedStiffness, ForwardError, Model};
 use crate::qp::{Certificate, Point};
+
+/// Openings of the jaw about which the linear problem is solved before giving up.
+const OPENINGS: usize = 20;
+/// Change of the share of the jaw's opening at which the linearisation has settled.
+const SETTLED: f64 = 1e-9;
 
 /// A target posed on a forward model whose stiffness follows the activations: `u(a)` solves
 /// `K(a) u = F a + G' lambda` and is no longer linear in `a`.
@@ -53,18 +59,99 @@ impl<'a> ActivatedProblem<'a> {
         self.mode
     }
 
-    /// The linear problem at the stiffness of the uniform activation `share`.
+    /// The linear problem at the stiffness of the uniform activation `share`, with the jaw at its least opening.
     ///
     /// # Errors
     /// [`InverseError`] when the model cannot be factorised or the target is not of this face.
     pub fn at_fixed_stiffness(&self, share: f64) -> Result<Problem, InverseError> {
-        let stiff = self.model.at(&vec![share; self.model.muscles().len()])?;
-        Ok(Problem::new(self.target, self.observations, &stiff.response(&self.observations.sites))?)
+        self.linearised(&self.uniform(share, 0.))
     }
 
-    /// The face at rest under the activations `a` (m) and its tangent there.
+    /// The answer at the stiffness of the uniform activation `share`; where the jaw's opening is unknown, about
+    /// the opening that it finds.
+    ///
+    /// # Errors
+    /// As [`at_fixed_stiffness`](Self::at_fixed_stiffness).
+    pub fn solve_at_fixed_stiffness(&self, share: f64) -> Result<Solution, InverseError> {
+        let mut opened = 0.;
+        let mut solution = self.at_fixed_stiffness(share)?.solve(self.mode)?;
+        for _ in 0..OPENINGS {
+            let Some(next) = self.opened_share(&solution) else { return Ok(solution) };
+            if (next - opened).abs() <= SETTLED {
+                return Ok(solution);
+            }
+            opened = next;
+            solution = self.linearised(&self.uniform(share, opened))?.solve(self.mode)?;
+        }
+        if solution.status == Status::Solved {
+            solution.status = Status::NotConverged;
+        }
+        Ok(solution)
+    }
+
+    /// The unknowns of an answer, to start from.
+    pub fn start(&self, solution: &Solution) -> DVector<f64> {
+        let a = &solution.activations.values;
+        let share = self.range().map(|_| self.opened_share(solution).unwrap_or(0.));
+        DVector::from_iterator(a.len() + usize::from(share.is_some()), a.iter().copied().chain(share))
+    }
+
+    /// No activation, and the jaw at its least opening.
+    pub fn rest(&self) -> DVector<f64> {
+        self.uniform(0., 0.)
+    }
+
+    /// The model at the stiffness of the activations `a` (m) and at the opening of `solution`, where its
+    /// displacements are those of the answer.
+    ///
+    /// # Errors
+    /// As [`Model::at`].
+    pub fn model_at(&self, a: &[f64], solution: &Solution) -> Result<FixedStiffness<'a>, InverseError> {
+        let jaw = self.model.face().jaw.as_ref();
+        let pose = jaw.zip(solution.jaw_opening_mm).map(|(jaw, opening)| Pose::opened(jaw, opening));
+        Ok(self.model.at_pose(a, &pose.unwrap_or_default())?)
+    }
+
+    fn range(&self) -> Option<JawRange> {
+        match self.target.jaw_opening {
+            Some(JawOpening::Within(range)) => Some(range),
+            _ => None,
+        }
+    }
+
+    fn opened_share(&self, solution: &Solution) -> Option<f64> {
+        let range = self.range().filter(|range| range.width_mm() > 0.)?;
+        Some(((solution.jaw_opening_mm? - range.min_mm) / range.width_mm()).clamp(0., 1.))
+    }
+
+    fn uniform(&self, share: f64, opened: f64) -> DVector<f64> {
+        let m = self.model.muscles().len();
+        let jaw = self.range().map(|_| opened);
+        DVector::from_iterator(m + usize::from(jaw.is_some()), std::iter::repeat_n(share, m).chain(jaw))
+    }
+
+    /// The model at the stiffness and the pose of the unknowns `x` (n).
+    fn stiff(&self, x: &DVector<f64>) -> Result<FixedStiffness<'a>, InverseError> {
+        let m = self.model.muscles().len();
+        let a = &x.as_slice()[..m.min(x.len())];
+        Ok(match self.target.jaw_opening {
+            None => self.model.at(a)?,
+            Some(JawOpening::Held(opening)) => {
+                let jaw = self.model.face().jaw.as_ref().ok_or(ForwardError::NoJaw)?;
+                self.model.at_pose(a, &Pose::opened(jaw, opening))?
+            }
+            Some(JawOpening::Within(range)) => self.model.at_opening(a, range, x[m])?,
+        })
+    }
+
+    fn linearised(&self, x: &DVector<f64>) -> Result<Problem, InverseError> {
+        let response = self.stiff(x)?.response(&self.observations.sites);
+        Ok(Problem::new(self.target, self.observations, &response)?)
+    }
+
+    /// The face at rest under the unknowns `a` (n) and its tangent there.
     pub(super) fn iterate(&self, a: &DVector<f64>) -> Result<Iterate, InverseError> {
-        let stiff = self.model.at(a.as_slice())?;
+        let stiff = self.stiff(a)?;
         let sites = &self.observations.sites;
         let response = stiff.response(sites);
         let contact = response.contact.as_ref().filter(|_| self.mode == ContactMode::Reactions);

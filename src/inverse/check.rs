@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use super::error::TargetError;
 use super::spelling::nearest;
-use super::target::{FeatureGoal, Goal, Target};
+use super::target::{FeatureGoal, Goal, JawOpening, Target};
+use crate::face::Jaw;
 
 impl Target {
     /// Checks every number, label and muscle name against the face's `muscles` (m names).
@@ -25,6 +26,7 @@ impl Target {
             return Err(TargetError::Effort { field: "effort".into(), value: self.effort });
         }
         self.check_bounds(muscles)?;
+        self.check_jaw_opening()?;
         self.check_ties(muscles)?;
         if self.markers.is_empty()
             && self.features.is_empty()
@@ -88,6 +90,31 @@ impl Target {
             }
         }
         Ok(())
+    }
+
+    fn check_jaw_opening(&self) -> Result<(), TargetError> {
+        let field = |key: &str| format!("{}{key}", JawOpening::FIELD);
+        let opening = |key: &str, value: f64| {
+            let (field, most) = (field(key), Jaw::WIDEST_MM);
+            match value {
+                _ if !value.is_finite() => Err(TargetError::NotFinite { field, value }),
+                _ if !(0.0..=most).contains(&value) => Err(TargetError::JawOpening { field, value, most }),
+                _ => Ok(()),
+            }
+        };
+        match self.jaw_opening {
+            None => Ok(()),
+            Some(JawOpening::Held(value)) => opening("", value),
+            Some(JawOpening::Within(range)) => {
+                opening(".min", range.min_mm)?;
+                opening(".max", range.max_mm)?;
+                if range.min_mm >= range.max_mm {
+                    let (min, max) = (range.min_mm, range.max_mm);
+                    return Err(TargetError::JawRange { field: field(""), min, max });
+                }
+                Ok(())
+            }
+        }
     }
 
     fn check_ties(&self, muscles: &[String]) -> Result<(), TargetError> {

@@ -1,7 +1,5 @@
 //! A fit whose contacts are those of the face where it went.
 
-use nalgebra::DVector;
-
 use super::sequential::SequentialState;
 use super::solution::{Solution, Status};
 use super::warning::Warning;
@@ -69,14 +67,7 @@ impl<'a> ContactFit<'a> {
     /// [`InverseError`] when the face cannot be solved.
     pub fn fixed(&self, share: f64, first: Solution) -> Result<FittedContact, InverseError> {
         let held = vec![share; self.model.muscles().len()];
-        self.settle(
-            first,
-            |_| held.clone(),
-            |model, _| {
-                let problem = ActivatedProblem::new(model, self.target, self.observations, self.mode);
-                problem.at_fixed_stiffness(share)?.solve(self.mode)
-            },
-        )
+        self.settle(first, |_| held.clone(), |problem, _| problem.solve_at_fixed_stiffness(share))
     }
 
     /// The answer with muscles that stiffen, from `first`, which was found with the candidates at rest and gets
@@ -90,9 +81,8 @@ impl<'a> ContactFit<'a> {
         tell: impl FnMut(&SequentialState) + Clone + 'static,
     ) -> Result<FittedContact, InverseError> {
         let history = &mut first.history;
-        self.settle(first.solution.clone(), <[f64]>::to_vec, |model, last| {
-            let problem = ActivatedProblem::new(model, self.target, self.observations, self.mode);
-            let next = problem.solve(DVector::from_column_slice(last), tell.clone())?;
+        self.settle(first.solution.clone(), <[f64]>::to_vec, |problem, last| {
+            let next = problem.solve(problem.start(last), tell.clone())?;
             history.extend(next.history);
             Ok(next.solution)
         })
@@ -102,7 +92,7 @@ impl<'a> ContactFit<'a> {
         &self,
         first: Solution,
         stiffness: impl Fn(&[f64]) -> Vec<f64>,
-        mut fit: impl FnMut(&Model, &[f64]) -> Result<Solution, InverseError>,
+        mut fit: impl FnMut(ActivatedProblem<'_>, &Solution) -> Result<Solution, InverseError>,
     ) -> Result<FittedContact, InverseError> {
         let mut model = self.model.clone();
         let mut solution = first;
@@ -113,9 +103,10 @@ impl<'a> ContactFit<'a> {
             if a.is_empty() {
                 break;
             }
-            let stiff = model.at(&stiffness(&a))?;
+            let problem = ActivatedProblem::new(&model, self.target, self.observations, self.mode);
+            let stiff = problem.model_at(&stiffness(&a), &solution)?;
             let u = stiff.displacement(&a, solution.contact_forces.as_slice());
-            let overlap_mm = self.search.map(|search| search.at(self.face, &u).overlap_mm());
+            let overlap_mm = self.search.map(|search| search.at(self.face, &u, &stiff.pose()).overlap_mm());
             let change = last.as_ref().map_or(f64::INFINITY, |last| largest_change(last, &a));
             let now = FittedContact {
                 solution: solution.clone(),
@@ -146,7 +137,8 @@ impl<'a> ContactFit<'a> {
             let Some((pairs, there)) = self.linearised(&stiff, search, &a, place.as_deref()) else { break };
             (last, place) = (Some(a.clone()), Some(there));
             model = self.model.with_pairs(pairs);
-            solution = fit(&model, &a)?;
+            let problem = ActivatedProblem::new(&model, self.target, self.observations, self.mode);
+            solution = fit(problem, &solution)?;
         }
         let Some(mut fitted) = best else {
             let pairs = self.model.pairs().to_vec();
@@ -179,9 +171,12 @@ impl<'a> ContactFit<'a> {
         let settled = stiff.settle(self.face, search, a, start).ok()?;
         let u = settled.equilibrium.displacement;
         let forces = settled.equilibrium.contact_forces;
-        let near = settled.pairs.into_iter().zip(forces.iter());
-        let near = near.filter(|(pair, f)| **f > 0. || pair.gap_mm + pair.change_mm(&u) <= REACH_MM);
-        Some((near.map(|(pair, _)| pair).collect(), u))
+        let by_teeth = self.face.tooth_changes(&settled.pairs, &stiff.pose());
+        let all = settled.pairs.into_iter().zip(forces.iter()).zip(by_teeth);
+        let near = all.filter(|((pair, force), by_tooth)| {
+            **force > 0. || pair.gap_mm + pair.change_mm(&u) + by_tooth <= REACH_MM
+        });
+        Some((near.map(|((pair, _), _)| pair).collect(), u))
     }
 }
 

@@ -50,15 +50,15 @@ fn influence(problem: &Problem) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for k in 0..norms.len() {
         if is_weak(k) {
-            warnings.push(Warning::NoInfluence { muscle: problem.muscles[k].clone() });
+            warnings.push(Warning::NoInfluence { muscle: problem.name_of(k).to_owned() });
             continue;
         }
         for j in (0..k).filter(|&j| !is_weak(j)) {
             let difference = matrix.column(k) / norms[k] - matrix.column(j) / norms[j];
             if difference.norm() <= NEGLIGIBLE && is_free(problem, j, k) {
                 warnings.push(Warning::Indistinguishable {
-                    muscle: problem.muscles[j].clone(),
-                    other: problem.muscles[k].clone(),
+                    muscle: problem.name_of(j).to_owned(),
+                    other: problem.name_of(k).to_owned(),
                 });
             }
         }
@@ -84,7 +84,7 @@ fn underdetermined(problem: &Problem) -> Option<Warning> {
     let markers = problem.markers.iter().flat_map(|marker| marker.target_mm).flatten().count();
     let components = markers + problem.features.len() + 3 * problem.n_pairs;
     let fixed = problem.bounds.min.iter().zip(problem.bounds.max.iter()).filter(|(lo, hi)| lo == hi).count();
-    let muscles = (problem.n_muscles() - fixed).saturating_sub(problem.tied.pairs.len());
+    let muscles = (problem.n_unknowns() - fixed).saturating_sub(problem.tied.pairs.len());
     (components < muscles).then_some(Warning::Underdetermined { components, muscles })
 }
 

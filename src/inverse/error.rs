@@ -82,6 +82,34 @@ pub enum TargetError {
         /// Greatest activation.
         max: f64,
     },
+    /// A jaw that opens less than not at all, or farther than jaws do.
+    #[error(
+        "{field}: a jaw opens by 0 to {most} mm, not by {value}; the opening is the arc of the lower incisal point"
+    )]
+    JawOpening {
+        /// Path of the field.
+        field: String,
+        /// The value, mm.
+        value: f64,
+        /// Widest opening accepted, mm.
+        most: f64,
+    },
+    /// Bounds of the jaw's opening that leave nothing unknown.
+    #[error("{field}: min {min} must be less than max {max} mm; for one opening give the number itself")]
+    JawRange {
+        /// Path of the field.
+        field: String,
+        /// Least opening, mm.
+        min: f64,
+        /// Greatest opening, mm.
+        max: f64,
+    },
+    /// A jaw that is to open on a face that has none.
+    #[error("{field}: the face has no jaw joint; give its face file a [jaw] table, or leave the opening out")]
+    NoJaw {
+        /// Path of the field.
+        field: String,
+    },
     /// A distance asked to be negative.
     #[error("{field}: a distance of {value} mm does not exist; give an axis for a signed component")]
     NegativeDistance {
@@ -160,6 +188,9 @@ impl TargetError {
             | Self::Effort { field, .. }
             | Self::BoundOutside { field, .. }
             | Self::BoundsCross { field, .. }
+            | Self::JawOpening { field, .. }
+            | Self::JawRange { field, .. }
+            | Self::NoJaw { field, .. }
             | Self::NegativeDistance { field, .. }
             | Self::SamePoint { field, .. }
             | Self::TiedToItself { field, .. }

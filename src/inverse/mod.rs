@@ -41,7 +41,9 @@ pub use sequential::{ActivatedSolution, SequentialQp, SequentialState, Sequentia
 pub use solution::{
     Activations, ActiveLimit, ContactReport, FeatureFit, MarkerFit, Residual, Solution, Status,
 };
-pub use target::{Axis, Bound, Expected, Feature, FeatureGoal, Goal, Marker, MirroredPair, Place, Target};
+pub use target::{
+    Axis, Bound, Expected, Feature, FeatureGoal, Goal, JawOpening, Marker, MirroredPair, Place, Target,
+};
 pub use term::{Row, State, Term, objective};
 pub use terms::{Component, Distance, Effort, MarkerDisplacement, MarkerPosition, MirroredPoints};
 pub use warning::Warning;

@@ -2,7 +2,7 @@
 
 use super::error::TargetError;
 use super::spelling::nearest;
-use super::target::{Place, Target};
+use super::target::{JawOpening, Place, Target};
 use crate::face::Face;
 use crate::mesh::Site;
 use crate::units::Vec3;
@@ -42,6 +42,9 @@ impl Observations {
     ) -> Result<Self, TargetError> {
         let muscles: Vec<String> = face.muscles.iter().map(|m| m.name.clone()).collect();
         target.check(&muscles)?;
+        if target.jaw_opening.is_some() && face.jaw.is_none() {
+            return Err(TargetError::NoJaw { field: JawOpening::FIELD.to_owned() });
+        }
         let mut observations = Self::default();
         let mut find = |place: &Place, field: String| -> Result<usize, TargetError> {
             let site = match place {

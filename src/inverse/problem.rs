@@ -11,9 +11,10 @@ use super::limit::Limit;
 use super::limits::{ActivationBounds, ContactReactions, KinematicContact, TiedPairs};
 use super::observations::Observations;
 use super::program::{Linearisation, Program, Space, build};
-use super::target::{FeatureGoal, Goal, Target};
+use super::target::{FeatureGoal, Goal, JawOpening, Target};
 use super::term::{State, Term};
 use super::terms::{Component, Distance, Effort, MarkerDisplacement, MarkerPosition, MirroredPoints};
+use crate::face::JawRange;
 use crate::forward::{ContactError, ContactResponse, ForwardError, Response};
 use crate::qp::ProblemError;
 use crate::units::Vec3;
@@ -80,6 +81,8 @@ pub(super) struct FeatureAim {
 #[derive(Debug)]
 pub struct Problem {
     pub(super) muscles: Vec<String>,
+    /// How far the jaw is open, where the target says.
+    pub(super) jaw: Option<JawOpening>,
     pub(super) space: Space,
     pub(super) contact: Option<Arc<ContactResponse>>,
     pub(super) terms: Vec<Box<dyn Term>>,
@@ -103,12 +106,14 @@ impl Problem {
     ) -> Result<Self, TargetError> {
         target.check(&response.muscles)?;
         check_shapes(target, observations, response)?;
+        let n = response.map.ncols();
         let mut problem = Self {
             muscles: response.muscles.clone(),
+            jaw: target.jaw_opening,
             space: Space { observed: response.map.clone(), offset: response.offset.clone() },
             contact: response.contact.clone().filter(|c| !c.gap.is_empty()).map(Arc::new),
             terms: Vec::new(),
-            bounds: ActivationBounds::unit(response.muscles.len()),
+            bounds: ActivationBounds::unit(n),
             tied: TiedPairs::default(),
             markers: Vec::new(),
             features: Vec::new(),
@@ -121,7 +126,7 @@ impl Problem {
             problem.terms.push(Box::new(MirroredPoints { left, right, sigma_mm: pair.sigma_mm }));
         }
         if target.effort > 0.0 {
-            problem.terms.push(Box::new(Effort { weight: target.effort }));
+            problem.terms.push(Box::new(Effort { muscles: response.muscles.len(), weight: target.effort }));
         }
         for (k, bound) in target.bounds.iter().enumerate() {
             let muscle = muscle_index(&problem.muscles, &bound.muscle, || format!("bounds[{k}].muscle"))?;
@@ -205,6 +210,24 @@ impl Problem {
         self.muscles.len()
     }
 
+    /// Number `n` of unknowns: the muscles, and the jaw's opening where it is unknown.
+    pub(super) fn n_unknowns(&self) -> usize {
+        self.space.n_unknowns()
+    }
+
+    /// The openings between which the jaw's is unknown, if it is.
+    pub(super) fn jaw_range(&self) -> Option<JawRange> {
+        match self.jaw {
+            Some(JawOpening::Within(range)) if self.n_unknowns() > self.n_muscles() => Some(range),
+            _ => None,
+        }
+    }
+
+    /// What messages call an unknown.
+    pub(super) fn name_of(&self, unknown: usize) -> &str {
+        self.muscles.get(unknown).map_or(JawOpening::FIELD, String::as_str)
+    }
+
     /// The terms of the objective.
     pub fn terms(&self) -> &[Box<dyn Term>] {
         &self.terms
@@ -223,7 +246,7 @@ impl Problem {
 
     /// The quadratic program about `state`, before it is solved.
     ///
-    /// The unknowns are the activations (m) and, in [`ContactMode::Reactions`], the forces of the
+    /// The unknowns are the activations (m), the share of the jaw's opening where that is unknown, and, in [`ContactMode::Reactions`], the forces of the
     /// `touching` contacts; the others are open. `touching` is ignored in the other modes.
     pub fn build(&self, mode: ContactMode, touching: &[usize], state: &State) -> Program {
         self.build_from(&self.linearise(state), mode, touching)
@@ -262,10 +285,13 @@ fn check_shapes(
     observations: &Observations,
     response: &Response,
 ) -> Result<(), TargetError> {
-    let (d, m) = (observations.n_rows(), response.muscles.len());
+    let jaw = usize::from(response.jaw.is_some());
+    let (d, m) = (observations.n_rows(), response.muscles.len() + jaw);
+    let asked = usize::from(matches!(target.jaw_opening, Some(JawOpening::Within(_))));
     let mut shapes = vec![
         ("response.map rows", response.map.nrows(), d),
         ("response.map columns", response.map.ncols(), m),
+        ("response.jaw", jaw, asked),
         ("response.offset", response.offset.len(), d),
         ("observations.markers", observations.markers.len(), target.markers.len()),
         ("observations.features", observations.features.len(), target.features.len()),

@@ -6,7 +6,8 @@ use super::limit::{Constraint, Constraints, Limit, LimitName};
 use super::term::{Row, State, Term};
 use crate::qp::Problem;
 
-/// How the unknowns `x` (n, the first `m` of them activations) move the observed points:
+/// How the unknowns `x` (n: first the `m` activations, then the share of the jaw's opening where that is unknown)
+/// move the observed points:
 /// `P u = observed x + offset`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Space {

@@ -10,6 +10,7 @@ use super::problem::{ContactMode, Problem};
 use super::solution::{
     Activations, ActiveLimit, ContactReport, FeatureFit, MarkerFit, Residual, Solution, Status,
 };
+use super::target::JawOpening;
 use super::term::{State, objective};
 use crate::contact::PairKind;
 use crate::forward::ContactResponse;
@@ -34,6 +35,7 @@ pub(super) fn empty(problem: &Problem, status: Status) -> Solution {
     Solution {
         status,
         activations: Activations::default(),
+        jaw_opening_mm: None,
         contact_forces: DVector::zeros(0),
         observed_mm: problem.space.offset.clone(),
         objective: 0.0,
@@ -58,12 +60,12 @@ pub(super) fn solution(
     certificate: Certificate,
     bound: Option<&Bound>,
 ) -> Solution {
-    let activation = point.x.rows(0, problem.n_muscles()).into_owned();
+    let activation = point.x.rows(0, problem.n_unknowns()).into_owned();
     let contact = problem.contact.as_deref().filter(|_| mode != ContactMode::Off);
     let touching = if mode == ContactMode::Reactions { found.piece.touching.contacts() } else { &[] };
     let mut forces = DVector::zeros(contact.map_or(0, |c| c.gap.len()));
     for (k, &i) in touching.iter().enumerate() {
-        forces[i] = point.x[problem.n_muscles() + k];
+        forces[i] = point.x[problem.n_unknowns() + k];
     }
     let mut observed = problem.space.at(&activation);
     if let Some(contact) = contact {
@@ -86,10 +88,16 @@ pub(super) fn solution(
     }
     let mut warnings = detect::before(problem);
     warnings.extend(detect::unreachable(problem, &markers, &active_limits));
-    let (names, values) = (problem.muscles.clone(), state.activation.iter().copied().collect());
+    let (names, m) = (problem.muscles.clone(), problem.n_muscles());
+    let values = state.activation.iter().take(m).copied().collect();
+    let jaw_opening_mm = match problem.jaw {
+        Some(JawOpening::Held(opening)) => Some(opening),
+        _ => problem.jaw_range().map(|range| range.at(state.activation[m])),
+    };
     Solution {
         status,
         activations: Activations { names, values },
+        jaw_opening_mm,
         contact_forces: if mode == ContactMode::Reactions { forces } else { DVector::zeros(0) },
         features: feature_fits(problem, &state),
         observed_mm: state.observed,
@@ -142,7 +150,7 @@ fn contact_report(contact: &ContactResponse, state: &State, forces: &DVector<f64
 }
 
 fn active_limits(problem: &Problem, mode: ContactMode, found: &Found, point: &Point) -> Vec<ActiveLimit> {
-    let m = problem.n_muscles();
+    let m = problem.n_unknowns();
     let mut named: Vec<(LimitName, f64)> = Vec::new();
     for k in 0..m {
         named.push((LimitName::Least(k), point.lower[k]));
@@ -166,8 +174,18 @@ fn active_limits(problem: &Problem, mode: ContactMode, found: &Found, point: &Po
     named
         .into_iter()
         .map(|(name, multiplier)| {
+            let width_mm = match (name, problem.jaw_range()) {
+                (LimitName::Least(k) | LimitName::Greatest(k), Some(range)) if k == problem.n_muscles() => {
+                    Some(range.width_mm())
+                }
+                _ => None,
+            };
             let (name, unit) = describe(problem, name);
-            ActiveLimit { name, multiplier, unit }
+            match width_mm {
+                // The unknown is a share of the range.
+                Some(width) => ActiveLimit { name, multiplier: multiplier / width, unit: "1/mm" },
+                None => ActiveLimit { name, multiplier, unit },
+            }
         })
         .collect()
 }
@@ -182,10 +200,14 @@ fn describe(problem: &Problem, name: LimitName) -> (String, &'static str) {
         };
         format!("contact {i} ({kind})")
     };
-    let muscle = |k: usize| &problem.muscles[k];
+    let muscle = |k: usize| problem.name_of(k);
+    let bound = |k: usize, value: f64| match problem.jaw_range() {
+        Some(range) if k == problem.n_muscles() => range.at(value),
+        _ => value,
+    };
     match name {
-        LimitName::Least(k) => (format!("{} >= {}", muscle(k), problem.bounds.min[k]), "1"),
-        LimitName::Greatest(k) => (format!("{} <= {}", muscle(k), problem.bounds.max[k]), "1"),
+        LimitName::Least(k) => (format!("{} >= {}", muscle(k), bound(k, problem.bounds.min[k])), "1"),
+        LimitName::Greatest(k) => (format!("{} <= {}", muscle(k), bound(k, problem.bounds.max[k])), "1"),
         LimitName::Tied(i, j) => (format!("{} = {}", muscle(i), muscle(j)), "1"),
         LimitName::Touching(i) => (format!("gap of {} = 0", contact(i)), "1/mm"),
         LimitName::Gap(i) => (format!("gap of {} >= 0", contact(i)), "1/mm"),

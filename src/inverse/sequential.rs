@@ -33,7 +33,7 @@ pub struct SequentialStep {
     pub objective: f64,
     /// Largest residual of the nonlinear optimality conditions before the step.
     pub kkt: f64,
-    /// Largest change of an activation that the program proposed.
+    /// Largest change of an activation that the program proposed, or of the jaw's opening as a share of its range.
     pub change: f64,
     /// Half width of the trust region.
     pub radius: f64,
@@ -173,6 +173,8 @@ impl Solver<ActivatedProblem<'_>, SequentialState> for SequentialQp {
 
 /// Largest difference between two activations of the same answer.
 const SAME: f64 = 1e-5;
+/// Largest difference between two jaw openings of the same answer, mm.
+const SAME_MM: f64 = 1e-4;
 
 /// What a nonlinear fit found, and how.
 #[derive(Clone, Debug)]
@@ -198,7 +200,7 @@ impl<F: FnMut(&SequentialState)> Observe<SequentialState> for Teller<F> {
 }
 
 impl ActivatedProblem<'_> {
-    /// Finds the activations from the start `a` (m); `tell` hears of every step.
+    /// Finds the activations, and the jaw's opening where it is unknown, from the start `x` (n); `tell` hears of every step.
     ///
     /// # Errors
     /// [`InverseError`] when the face cannot be solved at some activation. A search that ends without
@@ -245,7 +247,9 @@ impl ActivatedSolution {
         for next in solutions {
             let is_same = |old: &Self| {
                 let (a, b) = (&old.solution.activations.values, &next.solution.activations.values);
+                let openings = old.solution.jaw_opening_mm.zip(next.solution.jaw_opening_mm);
                 old.solution.status == next.solution.status
+                    && openings.is_none_or(|(a, b)| (a - b).abs() <= SAME_MM)
                     && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME)
             };
             if !found.iter().any(is_same) {

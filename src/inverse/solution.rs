@@ -132,6 +132,8 @@ pub struct Solution {
     pub status: Status,
     /// Activations `a`.
     pub activations: Activations,
+    /// How far the jaw is open, mm, where the target prescribes it or asks for it.
+    pub jaw_opening_mm: Option<f64>,
     /// Contact forces `lambda` (c), N; empty without contact reactions.
     pub contact_forces: DVector<f64>,
     /// Displacements `P u` of the observed points (d = 3p, point-major xyz), mm.

@@ -1,5 +1,6 @@
 //! What the inverse is asked for, by name, before any face is known.
 
+use crate::face::JawRange;
 use crate::units::Vec3;
 
 /// A point of the face.
@@ -112,6 +113,20 @@ pub struct Bound {
     pub max: f64,
 }
 
+/// How far the jaw is open: the arc of the lower incisal point about the condylar axis, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum JawOpening {
+    /// That far.
+    Held(f64),
+    /// Unknown within these bounds.
+    Within(JawRange),
+}
+
+impl JawOpening {
+    /// Path of the field, and its name in answers.
+    pub const FIELD: &str = "jaw_opening_mm";
+}
+
 /// A result that a target file states for one face, with its tolerance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expected {
@@ -142,6 +157,8 @@ pub struct Target {
     pub effort: f64,
     /// Bounds other than [0, 1].
     pub bounds: Vec<Bound>,
+    /// How far the jaw is open; at rest when absent.
+    pub jaw_opening: Option<JawOpening>,
     /// Pairs of muscles whose activations are equal.
     pub tied: Vec<[String; 2]>,
     /// Results stated for known faces.

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 pub struct State {
     /// Displacements `P u` of the observed points (d = 3p, point-major xyz), mm.
     pub observed: DVector<f64>,
-    /// Activations `a` (m).
+    /// Activations `a` (m), and after them the share of the jaw's opening where that is unknown.
     pub activation: DVector<f64>,
 }
 
@@ -18,7 +18,7 @@ pub struct Row {
     pub value: f64,
     /// Derivative by the observed displacements: (row of `P u`, 1/mm).
     pub observed: Vec<(usize, f64)>,
-    /// Derivative by the activations: (muscle, 1).
+    /// Derivative by the activations, and the share of the jaw's opening: (unknown, 1).
     pub activation: Vec<(usize, f64)>,
 }
 

@@ -16,6 +16,8 @@ pub struct AnswerFiles {
     pub face: String,
     /// Activation of each muscle, 0 to 1.
     pub activations: BTreeMap<String, f64>,
+    /// How far the jaw is open, mm, where that was said.
+    pub jaw_opening_mm: Option<f64>,
     /// Displacement (3n), mm, node-major xyz.
     pub displacement: Vec<f64>,
     /// The file that holds the displacement.
@@ -54,6 +56,7 @@ pub enum AnswerFileError {
 struct Head {
     face: String,
     activations: BTreeMap<String, f64>,
+    jaw_opening_mm: Option<f64>,
 }
 
 /// The answer in the folder `dir`: `solution.json` and the vectors `displacement` of `face.vtu`.
@@ -74,5 +77,6 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
         return Err(AnswerFileError::Missing { path: vtu, reason });
     }
     let displacement = vtu::point_vectors(&vtu, &text::read_bytes(&vtu)?, "displacement")?;
-    Ok(AnswerFiles { face: head.face, activations: head.activations, displacement, vtu })
+    let Head { face, activations, jaw_opening_mm } = head;
+    Ok(AnswerFiles { face, activations, jaw_opening_mm, displacement, vtu })
 }

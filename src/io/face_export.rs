@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::{MeshFileError, VtuData, write_atomically, write_vtu};
 use crate::face::{Face, Muscle};
 use crate::mesh::{Mesh, Surface};
+use crate::units::Vec3;
 
 /// A face cannot be written.
 #[derive(Debug, Error)]
@@ -147,11 +148,24 @@ fn index(face: &Face) -> String {
     let _ = writeln!(text, "active_kpa = {:?}\npoisson = {:?}", muscle.active_kpa, muscle.poisson);
     let _ = writeln!(text, "law = \"{}\"", muscle.law.name());
     for support in &face.supports {
-        let _ = writeln!(text, "\n[[supports]]\nbone = \"{0}\"\nset = \"{0}\"", support.bone);
+        let name = toml::Value::String(support.bone.clone());
+        let _ = writeln!(text, "\n[[supports]]\nbone = {name}\nset = {name}");
+        if let Some(whole) = &support.part_of {
+            let _ = writeln!(text, "part_of = \"{whole}\"");
+        }
+    }
+    if let Some(jaw) = &face.jaw {
+        let place = |p: &Vec3| format!("[{:?}, {:?}, {:?}]", p.x, p.y, p.z);
+        let [left, right] = jaw.condyles.each_ref().map(place);
+        let bone = toml::Value::String(jaw.bone.clone());
+        let _ = writeln!(text, "\n[jaw]\nbone = {bone}\ncondyles_mm = [{left}, {right}]");
+        let _ = writeln!(text, "incisor_mm = {}", place(&jaw.incisor));
     }
     for (k, teeth) in face.teeth.iter().enumerate() {
         let file = teeth_file(face, k);
-        let _ = writeln!(text, "\n[[teeth]]\narch = \"{}\"\nfile = \"{file}\"", arch(teeth.upper));
+        let bone = toml::Value::String(teeth.bone.clone());
+        let _ = writeln!(text, "\n[[teeth]]\narch = \"{}\"\nbone = {bone}", arch(teeth.upper));
+        let _ = writeln!(text, "file = \"{file}\"");
     }
     let mut k = 0;
     while let Some(muscle) = face.muscles.get(k) {
@@ -188,7 +202,6 @@ mod tests {
     use crate::face::standard;
     use crate::face::standard::Resolution;
     use crate::io::read_face;
-    use crate::units::Vec3;
 
     #[test]
     fn a_face_comes_back() {
@@ -205,7 +218,7 @@ mod tests {
             (&back.skin, &back.mucosa, &back.upper_lip, &back.lower_lip),
             (&face.skin, &face.mucosa, &face.upper_lip, &face.lower_lip)
         );
-        assert_eq!(back.teeth.len(), face.teeth.len());
+        assert_eq!((&back.jaw, &back.teeth), (&face.jaw, &face.teeth));
         assert_eq!(back.muscles.len(), face.muscles.len());
         for (a, b) in back.muscles.iter().zip(&face.muscles) {
             assert_eq!((&a.name, a.max_force_n, a.radius_mm), (&b.name, b.max_force_n, b.radius_mm));

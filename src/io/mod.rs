@@ -14,6 +14,7 @@ mod nearest;
 mod nonlinear_json;
 mod numbered;
 mod obj;
+mod plan_toml;
 mod schema;
 mod sha256;
 mod solution_json;
@@ -35,6 +36,7 @@ pub use mesh_file_error::{MAX_ID, MeshFileError, MeshFileErrorKind};
 pub use nearest::nearest;
 pub use nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
 pub use obj::read_obj;
+pub use plan_toml::{PlanDocument, PlanFileError, parse_plan, plan_schema, read_plan};
 pub use sha256::{FingerprintError, sha256, sha256_of_file};
 pub use solution_json::{
     CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, MarkerJson, RelaxationEndWord,

@@ -14,7 +14,7 @@ pub struct StepJson {
     pub objective: f64,
     /// Largest residual of the nonlinear optimality conditions before the step.
     pub kkt: f64,
-    /// Largest change of an activation that the program proposed.
+    /// Largest change of an activation that the program proposed, or of the jaw's opening as a share of its range.
     pub change: f64,
     /// Half width of the trust region, in units of activation.
     pub radius: f64,
@@ -52,6 +52,8 @@ pub struct OtherJson {
     pub objective: f64,
     /// Root mean square over the markers, mm.
     pub residual_rms_mm: f64,
+    /// How far the jaw is open, mm; null when nothing was said of it.
+    pub jaw_opening_mm: Option<f64>,
     /// Activation of each muscle, 0 to 1.
     pub activations: std::collections::BTreeMap<String, f64>,
 }
@@ -62,6 +64,7 @@ impl From<&Solution> for OtherJson {
         Self {
             objective: solution.objective,
             residual_rms_mm: solution.residual.rms_mm,
+            jaw_opening_mm: solution.jaw_opening_mm,
             activations: a.names.iter().cloned().zip(a.values.iter().copied()).collect(),
         }
     }

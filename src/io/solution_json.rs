@@ -21,6 +21,8 @@ pub struct SolutionJson {
     pub stiffness: String,
     /// Activation of each muscle, 0 to 1.
     pub activations: BTreeMap<String, f64>,
+    /// How far the jaw is open, mm of arc at the lower incisal point; null when nothing was said of it.
+    pub jaw_opening_mm: Option<f64>,
     /// Size of the marker residuals, mm; null when there is no observed marker.
     pub residual_mm: ResidualJson,
     /// How each marker was met.

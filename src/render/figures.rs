@@ -167,3 +167,44 @@ pub fn three_views(scene: &Scene<'_>, drawing: &Drawing<'_>) -> Result<Image, Re
     }
     Ok(sheet)
 }
+
+/// A face before and after surgery, side by side: at rest above, and moved (3n, mm each) below, from the front and
+/// the left, the outline of the face before over both profiles at rest.
+///
+/// # Errors
+/// As [`Scene::draw`].
+pub fn before_and_after(faces: [(&Scene<'_>, Option<&[f64]>); 2], moved: &str) -> Result<Image, RenderError> {
+    let views = [View::Front, View::Profile].map(|view| (view, faces[0].0.panel(view, SCALE)));
+    let height = views.iter().map(|(_, size)| size.1).max().unwrap_or(0) + LINE;
+    let width: usize = views.iter().map(|(_, size)| size.0).sum();
+    // Every panel frames the face before, so that what moved is seen to.
+    let framed = faces[0].0.rest_points();
+    let mut sheet = Image::new(2 * width, 2 * (height + LINE));
+    for (row, name) in ["rest", moved].into_iter().enumerate() {
+        let mut x = 0;
+        for ((scene, u), when) in faces.into_iter().zip(["before", "after"]) {
+            sheet.write(
+                x as i64 + 8,
+                (row * (height + LINE)) as i64 + 4,
+                &format!("{when}, {name}"),
+                true,
+                [30; 3],
+            );
+            for (view, size) in views {
+                let drawing = Drawing {
+                    view,
+                    size: (size.0, height),
+                    pixels_per_mm: Some(SCALE),
+                    legend: view == View::Front,
+                    displacement: u.filter(|_| row == 1),
+                    focus: &framed,
+                    outline_of: (view == View::Profile && row == 0).then_some(faces[0].0),
+                    ..Drawing::default()
+                };
+                sheet.place(x, row * (height + LINE) + LINE, &scene.draw(&drawing)?);
+                x += size.0;
+            }
+        }
+    }
+    Ok(sheet)
+}

@@ -12,7 +12,7 @@ use super::skin::Skin;
 use super::solid::Solid;
 use super::vermilion::Vermilion;
 use super::{Camera, Hit, Image, LINE, Layer, Margins, Projected, RenderError, Show, View};
-use crate::face::Face;
+use crate::face::{Face, Pose};
 use crate::units::Vec3;
 
 /// Fewest pixels of a side.
@@ -37,6 +37,8 @@ pub struct Drawing<'a> {
     pub show: Show,
     /// Displacement (3n), mm; `None` is the face at rest.
     pub displacement: Option<&'a [f64]>,
+    /// Where the bones are: teeth move with them.
+    pub pose: Pose,
     /// Activations (m) for the colours of muscles and the sizes of forces.
     pub activation: Option<&'a [f64]>,
     /// Only muscles whose name without side is among these are drawn; empty is all.
@@ -53,6 +55,8 @@ pub struct Drawing<'a> {
     pub legend: bool,
     /// Whether to trace the outline of the face at rest.
     pub rest_outline: bool,
+    /// Another face whose outline at rest is traced too.
+    pub outline_of: Option<&'a Scene<'a>>,
 }
 
 impl Default for Drawing<'_> {
@@ -62,6 +66,7 @@ impl Default for Drawing<'_> {
             size: (640, 600),
             show: Show::FACE,
             displacement: None,
+            pose: Pose::rest(),
             activation: None,
             only: &[],
             largest_mm: None,
@@ -70,6 +75,7 @@ impl Default for Drawing<'_> {
             title: &[],
             legend: true,
             rest_outline: false,
+            outline_of: None,
         }
     }
 }
@@ -99,6 +105,11 @@ impl<'f> Scene<'f> {
     /// The face.
     pub fn face(&self) -> &'f Face {
         self.face
+    }
+
+    /// The points of the smooth skin at rest, mm.
+    pub(super) fn rest_points(&self) -> Vec<Vec3> {
+        self.skin.surface.sites.iter().map(|s| s.position).collect()
     }
 
     /// Greatest displacement of the smooth skin under `u` (3n), mm.
@@ -134,7 +145,7 @@ impl<'f> Scene<'f> {
         let left = if self.names(drawing) { legend::names_space(&self.stems) } else { 8. };
         let margins = Margins { left, top: head, right, bottom: legend };
         let points: Vec<Vec3> = match drawing.focus {
-            [] => self.skin.surface.sites.iter().map(|s| s.position).collect(),
+            [] => self.rest_points(),
             focus => focus.to_vec(),
         };
         let camera = Camera::fit(drawing.view, &points, drawing.size, margins);
@@ -156,7 +167,10 @@ impl<'f> Scene<'f> {
         let mut solid = Solid::default();
         let muscle_colours = colours(self.face, &self.stems, drawing.activation);
         if show.teeth {
-            self.face.teeth.iter().for_each(|t| solid.surface(&t.surface, srgb(240, 232, 212)));
+            self.face
+                .teeth_at(&drawing.pose)
+                .iter()
+                .for_each(|t| solid.surface(&t.surface, srgb(240, 232, 212)));
         }
         let n_teeth = solid.corners.len();
         let wanted = |m: usize| {
@@ -255,9 +269,11 @@ impl<'f> Scene<'f> {
                 }
             });
         }
-        if drawing.rest_outline {
-            let rest: Vec<Vec3> = self.skin.surface.sites.iter().map(|s| s.position).collect();
-            outline(&layer(size, &fine, corners(&rest).into_iter()), &mut samples);
+        let own = drawing.rest_outline.then_some(self);
+        for other in own.into_iter().chain(drawing.outline_of) {
+            let rest = other.rest_points();
+            let corners = other.skin.triangles.iter().map(|t| t.map(|v| rest[v]));
+            outline(&layer(size, &fine, corners), &mut samples);
         }
         let mut image = shrink(&samples, size);
         if drawing.legend {

@@ -1,8 +1,8 @@
 //! A small mirror-symmetric face: a block of tissue with a pair of muscles and a sphincter.
 
-use modiolus::contact::{Pair, PairKind};
-use modiolus::face::{Face, Fibre, Landmark, Muscle, MuscleTissue, Support, Tissue};
-use modiolus::mesh::{CellKind, Site};
+use modiolus::contact::{Pair, PairKind, ToothPoint};
+use modiolus::face::{Face, Fibre, Jaw, Landmark, Muscle, MuscleTissue, Support, Teeth, Tissue};
+use modiolus::mesh::{CellKind, Site, Surface};
 use modiolus::units::Vec3;
 
 use super::grids::grid;
@@ -50,12 +50,13 @@ pub fn block_face(cells: [usize; 3]) -> Face {
         name: "block".into(),
         tissue: Tissue::default(),
         muscle_tissue: MuscleTissue::default(),
-        supports: vec![Support { bone: "skull".into(), nodes: nodes(&|p| p.z == 0.) }],
+        supports: vec![Support { bone: "skull".into(), part_of: None, nodes: nodes(&|p| p.z == 0.) }],
         muscles: vec![
             muscle("zygomaticus_major_l", false, pull(1.)),
             muscle("zygomaticus_major_r", false, pull(-1.)),
             muscle("orbicularis_oris", true, ring),
         ],
+        jaw: None,
         teeth: Vec::new(),
         mucosa: Vec::new(),
         upper_lip: Vec::new(),
@@ -74,8 +75,37 @@ pub fn front_pairs(face: &Face, gap_mm: f64) -> Vec<Pair> {
             kind: PairKind::UpperTeeth,
             node,
             row: vec![(node, -Vec3::z())],
+            tooth: None,
             gap_mm,
             rest_overlap_mm: 0.,
         })
         .collect()
+}
+
+/// The block with its back below y = -5 mm on a jaw that turns about an axis behind it, free up to y = 5 mm, and a tooth surface
+/// on either bone.
+pub fn jaw_block(cells: [usize; 3]) -> Face {
+    let mut face = block_face(cells);
+    let back = face.supports[0].nodes.clone();
+    let beyond =
+        |side: f64| back.iter().copied().filter(|&n| side * face.mesh.points[n].y > 5. - 1e-9).collect();
+    let (upper, lower): (Vec<usize>, Vec<usize>) = (beyond(1.), beyond(-1.));
+    face.supports[0].nodes = upper;
+    face.supports.push(Support { bone: "mandible".into(), part_of: None, nodes: lower });
+    let condyles = [Vec3::new(50., 25., -70.), Vec3::new(-50., 25., -70.)];
+    face.jaw = Some(Jaw { bone: "mandible".into(), condyles, incisor: Vec3::new(0., -5., 10.) });
+    let teeth = |upper: bool, bone: &str| Teeth { upper, bone: bone.into(), surface: Surface::default() };
+    face.teeth = vec![teeth(true, "skull"), teeth(false, "mandible")];
+    face
+}
+
+/// The [`front_pairs`] of a jaw block: those below the middle are kept off teeth of the jaw.
+pub fn jaw_pairs(face: &Face, gap_mm: f64) -> Vec<Pair> {
+    let mut pairs = front_pairs(face, gap_mm);
+    for pair in &mut pairs {
+        let p = face.mesh.points[pair.node];
+        let surface = usize::from(p.y < 0.);
+        pair.tooth = Some(ToothPoint { surface, at: p + gap_mm * Vec3::z() });
+    }
+    pairs
 }

@@ -37,6 +37,7 @@ impl Body {
         let compliance = &self.normals * &self.inverse * self.normals.transpose();
         Response {
             muscles: names(self.forces.ncols()),
+            jaw: None,
             map: &self.observe * &self.inverse * &self.forces,
             offset: DVector::zeros(self.observe.nrows()),
             contact: (c > 0).then(|| ContactResponse {

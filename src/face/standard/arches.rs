@@ -2,7 +2,7 @@
 
 use super::curve::step;
 use super::parameters::Parameters;
-use crate::face::Teeth;
+use crate::face::{Jaw, Teeth};
 use crate::mesh::Surface;
 use crate::units::Vec3;
 
@@ -95,9 +95,25 @@ impl Arch {
 
 /// Both arches as closed outward-oriented bands.
 pub(super) fn teeth(parameters: &Parameters) -> Vec<Teeth> {
+    let bone = |upper: bool| if upper { "skull" } else { "mandible" }.to_owned();
     [true, false]
-        .map(|upper| Teeth { upper, surface: band(&Arch::new(parameters, upper, 0.0), upper) })
+        .map(|upper| Teeth {
+            upper,
+            bone: bone(upper),
+            surface: band(&Arch::new(parameters, upper, 0.0), upper),
+        })
         .into()
+}
+
+/// The jaw joint: Bonwill's triangle between the condyles and the lower incisal point, tilted by Balkwill's
+/// angle upward from the occlusal plane, which is level here.
+pub(super) fn jaw(parameters: &Parameters) -> Jaw {
+    let side = parameters.bonwill_side_mm;
+    let incisor = Vec3::new(0.0, LOWER_EDGE_MM, -parameters.lower_incisor_depth_mm);
+    let height = side * 0.75f64.sqrt();
+    let (sin, cos) = parameters.balkwill_angle_deg.to_radians().sin_cos();
+    let condyles = [0.5, -0.5].map(|x| incisor + Vec3::new(x * side, height * sin, -height * cos));
+    Jaw { bone: "mandible".into(), condyles, incisor }
 }
 
 /// A section of an arch: its length from the mid-line, how far the crown's front lies behind the outline

@@ -31,6 +31,10 @@ use crate::units::Vec3;
 /// already leaves the arch for the bone behind the fornix.
 const FREE: f64 = 0.97;
 
+/// Height, mm, above and below the line of the slit within which neither jaw holds the tissue behind the
+/// vestibule: masseter and the raphe of the buccinator span there, and must stretch when the jaw opens.
+const BETWEEN_JAWS_MM: f64 = 8.0;
+
 /// The standard face at `resolution` with the default [`Parameters`].
 pub fn standard(resolution: &Resolution) -> Face {
     build(&Parameters::default(), resolution)
@@ -154,10 +158,14 @@ fn build(parameters: &Parameters, resolution: &Resolution) -> Face {
     let mucosa = nodes.select(|column, row, layer, _| layer == 0 && share(column, row) > FREE);
     // The side edge is held through the thickness by the parotid fascia and the ear, the top edge
     // under the skin by the orbital rim; the neck's skin below is free to slide.
+    let height = |column: usize, row: usize, layer: usize| {
+        grid.point(column, row, layer as f64 / layers as f64, row >= grid.slit).y
+    };
     let held = |column: usize, row: usize, layer: usize| {
-        (layer == 0 && share(column, row) <= FREE)
+        let bone = (layer == 0 && share(column, row) <= FREE)
             || column == grid.columns - 1
-            || (row == grid.rows - 1 && layer < layers)
+            || (row == grid.rows - 1 && layer < layers);
+        bone && (height(column, row, layer) - height(column, grid.slit, layer)).abs() > BETWEEN_JAWS_MM
     };
     let skull = nodes.select(|column, row, layer, _| held(column, row, layer) && row >= grid.slit);
     let mandible = nodes.select(|column, row, layer, _| held(column, row, layer) && row < grid.slit);
@@ -205,9 +213,10 @@ fn build(parameters: &Parameters, resolution: &Resolution) -> Face {
         tissue: Tissue::default(),
         muscle_tissue: MuscleTissue::default(),
         supports: vec![
-            Support { bone: "skull".into(), nodes: skull },
-            Support { bone: "mandible".into(), nodes: mandible },
+            Support { bone: "skull".into(), part_of: None, nodes: skull },
+            Support { bone: "mandible".into(), part_of: None, nodes: mandible },
         ],
+        jaw: Some(arches::jaw(parameters)),
         muscles,
         teeth: arches::teeth(parameters),
         mucosa,

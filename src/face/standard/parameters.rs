@@ -32,6 +32,12 @@ pub struct Parameters {
     pub lower_arch_half_width_mm: f64,
     /// Depth of the lower arch.
     pub lower_arch_depth_mm: f64,
+    /// Side of Bonwill's triangle between the condyles and the lower incisal point, equilateral: four inches
+    /// (Bonwill 1858; skulls from 97 to 110).
+    pub bonwill_side_mm: f64,
+    /// Balkwill's angle between that triangle and the occlusal plane, degrees: 20 to 25 (Koerber, Zahnaerztliche
+    /// Prothetik, 1985).
+    pub balkwill_angle_deg: f64,
     /// Clearance between mucosa and teeth at rest.
     pub mucosa_gap_mm: f64,
     /// Muscle force per cross-section at full activation, N/mm2; the literature runs from 0.1 to 0.25.
@@ -56,6 +62,8 @@ impl Default for Parameters {
             upper_arch_depth_mm: 47.0,
             lower_arch_half_width_mm: 28.3,
             lower_arch_depth_mm: 45.0,
+            bonwill_side_mm: 101.6,
+            balkwill_angle_deg: 22.5,
             mucosa_gap_mm: 0.5,
             muscle_stress_n_mm2: 0.1,
             orbicularis_quadrants: false,
@@ -96,7 +104,7 @@ pub enum ParameterError {
 impl Parameters {
     /// Every field with its name and the range accepted: about three standard deviations of adults
     /// for proportions.
-    fn ranges(&self) -> [(&'static str, f64, f64, f64); 13] {
+    fn ranges(&self) -> [(&'static str, f64, f64, f64); 15] {
         [
             ("mouth_width_mm", self.mouth_width_mm, 40.0, 62.0),
             ("upper_vermilion_mm", self.upper_vermilion_mm, 6.0, 13.0),
@@ -110,6 +118,8 @@ impl Parameters {
             ("upper_arch_depth_mm", self.upper_arch_depth_mm, 42.0, 52.0),
             ("lower_arch_half_width_mm", self.lower_arch_half_width_mm, 25.0, 31.0),
             ("lower_arch_depth_mm", self.lower_arch_depth_mm, 40.0, 50.0),
+            ("bonwill_side_mm", self.bonwill_side_mm, 90.0, 115.0),
+            ("balkwill_angle_deg", self.balkwill_angle_deg, 15.0, 30.0),
             ("mucosa_gap_mm", self.mucosa_gap_mm, 0.2, 1.0),
         ]
     }

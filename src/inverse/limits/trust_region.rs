@@ -4,10 +4,10 @@ use nalgebra::DVector;
 
 use crate::inverse::limit::{Constraints, Limit};
 
-/// `|a_m - centre_m| <= radius` for every muscle.
+/// `|x_k - centre_k| <= radius` for every activation, and for the share of the jaw's opening.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrustRegion {
-    /// Activations about which the model was linearised (m).
+    /// Unknowns about which the model was linearised (n).
     pub centre: DVector<f64>,
     /// Half width of the box, in units of activation.
     pub radius: f64,

@@ -39,6 +39,8 @@ pub(super) struct FaceTable {
     pub(super) upper_lip: Option<String>,
     /// Node set of the lower lip that may touch the upper.
     pub(super) lower_lip: Option<String>,
+    /// The jaw joint; without one the jaw cannot be opened.
+    pub(super) jaw: Option<JawTable>,
     /// Tooth surfaces.
     #[serde(default)]
     pub(super) teeth: Vec<TeethTable>,
@@ -102,11 +104,26 @@ pub(super) struct MuscleTissueTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SupportTable {
-    /// Bone segment: "skull", "maxilla" or "mandible".
-    #[schemars(extend("enum" = ["skull", "maxilla", "mandible"]))]
+    /// Bone segment: "skull", "maxilla" or "mandible"; with `part_of` the name of a piece.
     pub(super) bone: String,
+    /// The bone of which this is a piece: "skull", "maxilla" or "mandible". What moves that one moves this too.
+    #[schemars(extend("enum" = ["skull", "maxilla", "mandible"]))]
+    pub(super) part_of: Option<String>,
     /// Node set.
     pub(super) set: String,
+}
+
+/// The jaw joint: opening turns the bone about the line through the condyles.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct JawTable {
+    /// The bone that turns, with every piece of it.
+    #[serde(default = "mandible")]
+    pub(super) bone: String,
+    /// Centres of the subject's left and right condyle, mm.
+    pub(super) condyles_mm: [[f64; 3]; 2],
+    /// Lower incisal point, where the opening is measured, mm.
+    pub(super) incisor_mm: [f64; 3],
 }
 
 /// The outer nodes in a box, and if `facing` is given only those whose outward normal faces that way.
@@ -131,6 +148,9 @@ pub(super) struct TeethTable {
     /// "upper" or "lower".
     #[schemars(extend("enum" = ["upper", "lower"]))]
     pub(super) arch: String,
+    /// The bone that carries it: when absent the maxilla if the face has one, else the skull, for the upper
+    /// arch, and the mandible for the lower.
+    pub(super) bone: Option<String>,
     /// OBJ file.
     pub(super) file: String,
     /// Close the holes of the surface, and leave out pieces that enclose nothing.
@@ -212,6 +232,10 @@ pub(super) enum End {
     First,
     /// The last point.
     Last,
+}
+
+fn mandible() -> String {
+    "mandible".to_owned()
 }
 
 fn one() -> f64 {

@@ -24,9 +24,9 @@ use super::schema::{pretty, toml_schema_of};
 use super::target_toml::line_of;
 use super::{FieldLines, Location, MeshFileError, read_mesh, read_obj};
 use crate::contact::closed_surface;
-use crate::face::{Face, FaceError, FaceWarning, MuscleLaw, MuscleTissue, Support, Teeth, Tissue};
+use crate::face::{Face, FaceError, FaceWarning, Jaw, MuscleLaw, MuscleTissue, Support, Teeth, Tissue};
 use crate::mesh::{Mesh, MeshError, validate_shape};
-use crate::units::LengthUnit;
+use crate::units::{LengthUnit, Vec3};
 
 /// A face as its files state it.
 #[derive(Clone, Debug)]
@@ -96,7 +96,12 @@ impl Reader<'_> {
         let upper_lip = optional(&table.upper_lip, "upper_lip")?;
         let lower_lip = optional(&table.lower_lip, "lower_lip")?;
         let supports = self.supports(table, &mesh)?;
-        let teeth = self.teeth(table, &frame, unit)?;
+        let jaw = table.jaw.as_ref().map(|jaw| Jaw {
+            bone: jaw.bone.clone(),
+            condyles: jaw.condyles_mm.map(Vec3::from),
+            incisor: Vec3::from(jaw.incisor_mm),
+        });
+        let teeth = self.teeth(table, &supports, &frame, unit)?;
         let landmarks = self.landmarks(table, &frame, &mesh, &skin)?;
         let muscles = self.muscles(table, &frame, &mesh, &skin)?;
         let name = table.name.clone();
@@ -106,6 +111,7 @@ impl Reader<'_> {
             tissue,
             muscle_tissue,
             supports,
+            jaw,
             muscles,
             teeth,
             mucosa,
@@ -156,11 +162,22 @@ impl Reader<'_> {
     fn supports(&self, table: &FaceTable, mesh: &Mesh) -> Result<Vec<Support>, FaceFileError> {
         let bones = ["skull", "maxilla", "mandible"];
         let support = |(k, support): (usize, &file::SupportTable)| {
-            if !bones.contains(&support.bone.as_str()) {
-                return Err(self.unknown(&format!("supports[{k}].bone"), "bone", &support.bone, bones));
+            let (field, name) = match &support.part_of {
+                Some(whole) => ("part_of", whole),
+                None => ("bone", &support.bone),
+            };
+            if !bones.contains(&name.as_str()) {
+                return Err(self.unknown(&format!("supports[{k}].{field}"), "bone", name, bones));
+            }
+            if support.part_of.is_some()
+                && (bones.contains(&support.bone.as_str()) || support.bone.is_empty())
+            {
+                let accepted = "a name of its own for a piece, such as `mandible_body`".to_owned();
+                let kind = FaceFileErrorKind::Value { value: support.bone.clone(), accepted };
+                return Err(self.error(&format!("supports[{k}].bone"), kind));
             }
             let nodes = self.set(mesh, &support.set, &format!("supports[{k}].set"))?;
-            Ok(Support { bone: support.bone.clone(), nodes })
+            Ok(Support { bone: support.bone.clone(), part_of: support.part_of.clone(), nodes })
         };
         table.supports.iter().enumerate().map(support).collect()
     }
@@ -168,6 +185,7 @@ impl Reader<'_> {
     fn teeth(
         &mut self,
         table: &FaceTable,
+        supports: &[Support],
         frame: &Frame,
         unit: LengthUnit,
     ) -> Result<Vec<Teeth>, FaceFileError> {
@@ -182,6 +200,18 @@ impl Reader<'_> {
                     return Err(self.unknown(&field, "arch", other, ["upper", "lower"]));
                 }
             };
+            let has =
+                |bone: &str| supports.iter().any(|s| s.bone == bone || s.part_of.as_deref() == Some(bone));
+            let bone = match &arch.bone {
+                Some(bone) if !has(bone) => {
+                    let known = supports.iter().map(|s| s.bone.as_str());
+                    return Err(self.unknown(&format!("teeth[{k}].bone"), "bone", bone, known));
+                }
+                Some(bone) => bone.as_str(),
+                None if !upper => "mandible",
+                None if has("maxilla") => "maxilla",
+                None => "skull",
+            };
             let mut surface = read_obj(&self.path_of(&arch.file), unit)
                 .map_err(|e| self.error(&field, FaceFileErrorKind::Mesh(e)))?;
             for p in &mut surface.points {
@@ -193,7 +223,7 @@ impl Reader<'_> {
                 let (location, kind) = (self.location(&field), FaceFileWarningKind::Teeth(warning));
                 self.warnings.push(FaceFileWarning { location, kind });
             }
-            teeth.push(Teeth { upper, surface });
+            teeth.push(Teeth { upper, bone: bone.to_owned(), surface });
         }
         Ok(teeth)
     }
@@ -236,6 +266,8 @@ impl Reader<'_> {
             | FaceError::ZeroLength { muscle, .. }
             | FaceError::OutsideMesh { muscle, .. } => format!("{}.name", of(muscle)),
             FaceError::MissingNode { set, .. } => set.clone(),
+            FaceError::Jaw { field, .. } => (*field).to_owned(),
+            FaceError::UnknownBone { field, .. } => field.clone(),
         };
         self.error(&field, FaceFileErrorKind::Face(error))
     }

@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 
 use super::error::{TargetFileError, TargetWarning};
 use super::file::{
-    AxisName, BoundTable, Component, FeatureTable, MarkerTable, PlaceValue, SymmetryTable, TargetTable,
+    AxisName, BoundTable, Component, FeatureTable, MarkerTable, OpeningTable, OpeningValue, PlaceValue,
+    SymmetryTable, TargetTable,
 };
 use super::lines::FieldLines;
+use crate::face::{Jaw, JawRange};
 use crate::inverse::{
-    Axis, Bound, Expected, Feature, FeatureGoal, Goal, Marker, MirroredPair, Place, Target,
+    Axis, Bound, Expected, Feature, FeatureGoal, Goal, JawOpening, Marker, MirroredPair, Place, Target,
 };
 use crate::io::Location;
 use crate::units::Vec3;
@@ -46,6 +48,7 @@ impl<'a> Checker<'a> {
             symmetry: self.each("symmetry", &table.symmetry, Self::symmetry)?,
             effort: self.not_negative("effort", table.effort)?,
             bounds: self.bounds(&table.bounds)?,
+            jaw_opening: table.jaw_opening_mm.map(|value| self.jaw_opening(value)).transpose()?,
             tied: self.each("tied", &table.tied, Self::tied)?,
             expected: self.each("expected", &table.expected, |check, at, e| {
                 check.named(&format!("{at}.face"), &e.face)?;
@@ -170,6 +173,34 @@ impl<'a> Checker<'a> {
             }
             Ok(Bound { muscle: table.muscle.clone(), min, max })
         })
+    }
+
+    fn jaw_opening(&self, value: OpeningValue) -> Checked<JawOpening> {
+        let opening = |key: &str, value: f64| {
+            let field = format!("{}{key}", JawOpening::FIELD);
+            self.finite(&field, value)?;
+            let most = Jaw::WIDEST_MM;
+            if (0.0..=most).contains(&value) {
+                return Ok(value);
+            }
+            Err(TargetFileError::JawOpening { at: self.at(&field), value, most })
+        };
+        match value {
+            OpeningValue::Held(value) => Ok(JawOpening::Held(opening("", value)?)),
+            OpeningValue::Within(OpeningTable { min, max }) => {
+                let (min_mm, max_mm) = (opening(".min", min)?, opening(".max", max)?);
+                if min > max {
+                    let (at, muscle) = (self.at(JawOpening::FIELD), JawOpening::FIELD.to_owned());
+                    return Err(TargetFileError::BoundsCrossed { at, muscle, min, max });
+                }
+                // Nothing is left unknown between equal bounds.
+                Ok(if min == max {
+                    JawOpening::Held(min)
+                } else {
+                    JawOpening::Within(JawRange { min_mm, max_mm })
+                })
+            }
+        }
     }
 
     fn tied(&mut self, at: &str, [first, second]: &[String; 2]) -> Checked<[String; 2]> {

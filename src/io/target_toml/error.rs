@@ -144,6 +144,18 @@ pub enum TargetFileError {
         /// The value.
         value: f64,
     },
+    /// A jaw that opens less than not at all, or farther than jaws do.
+    #[error(
+        "{at}: a jaw opens by 0 to {most} mm, not by {value}; the opening is the arc of the lower incisal point"
+    )]
+    JawOpening {
+        /// The field.
+        at: Box<Location>,
+        /// The value, mm.
+        value: f64,
+        /// Widest opening accepted, mm.
+        most: f64,
+    },
     /// A lower bound above the upper one.
     #[error("{at}: min {min} is above max {max} for \"{muscle}\"; exchange them")]
     BoundsCrossed {

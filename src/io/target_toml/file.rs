@@ -39,6 +39,9 @@ pub(super) struct TargetTable {
     /// Limits of activations other than 0 to 1.
     #[serde(default, alias = "bound")]
     pub(super) bounds: Vec<BoundTable>,
+    /// How far the jaw is open, mm of arc at the lower incisors, 0 to 60: a number, or the bounds of an unknown
+    /// opening, `{ min = 0.0, max = 12.0 }`; at rest when absent.
+    pub(super) jaw_opening_mm: Option<OpeningValue>,
     /// Pairs of muscles with equal activations, such as `["risorius_l", "risorius_r"]`.
     #[serde(default)]
     pub(super) tied: Vec<[String; 2]>,
@@ -112,6 +115,27 @@ pub(super) struct BoundTable {
     /// Greatest activation, 0 to 1; 1 when absent.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub(super) max: Option<f64>,
+}
+
+/// An opening of the jaw, or the bounds of an unknown one.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum OpeningValue {
+    /// That far, mm.
+    Held(f64),
+    /// Unknown within bounds.
+    Within(OpeningTable),
+}
+
+/// Bounds of an unknown opening of the jaw.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct OpeningTable {
+    /// Least opening, mm; 0 when absent.
+    #[serde(default)]
+    pub(super) min: f64,
+    /// Greatest opening, mm.
+    pub(super) max: f64,
 }
 
 /// A result stated for one face.

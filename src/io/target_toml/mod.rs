@@ -15,6 +15,7 @@ use toml::de::DeTable;
 pub use error::{TargetFileError, TargetWarning};
 pub use lines::FieldLines;
 pub(super) use lines::line_of;
+pub(super) use shape::check_table;
 
 use self::check::Checker;
 use self::file::TargetTable;
@@ -64,7 +65,7 @@ pub fn parse_target(text: &str, path: &Path) -> Result<TargetDocument, TargetFil
             value: unit.to_owned(),
         });
     }
-    shape::check_table(root.get_ref(), toml_schema_of::<TargetTable>().as_value(), "", &lines)?;
+    check_table(root.get_ref(), toml_schema_of::<TargetTable>().as_value(), "", &lines)?;
     let table = TargetTable::deserialize(toml::Deserializer::from(root)).map_err(not_toml)?;
     let mut checker = Checker::new(&lines);
     let target = checker.target(table)?;

@@ -11,12 +11,16 @@ use super::lines::{FieldLines, join, plural};
 use crate::io::nearest::nearest;
 
 /// Checks `table`, which stands at `path`, against the object schema `schema`.
-pub(super) fn check_table(
+pub(in crate::io) fn check_table(
     table: &DeTable<'_>,
     schema: &Json,
     path: &str,
     lines: &FieldLines,
 ) -> Result<(), TargetFileError> {
+    let any = schema.get("anyOf").and_then(Json::as_array).into_iter().flatten();
+    let Some(schema) = std::iter::once(schema).chain(any).find(|s| s.get("properties").is_some()) else {
+        return Ok(());
+    };
     let Some(properties) = schema.get("properties").and_then(Json::as_object) else {
         return Ok(());
     };

@@ -1,0 +1,47 @@
+//! `modiolus surgery`.
+
+use modiolus::forward::{OperationError, operate};
+use modiolus::io::{read_plan, write_face};
+
+use super::Outcome;
+use super::arguments::SurgeryOptions;
+use super::error::CliError;
+use super::export::{Answer, export};
+use super::forward::{State, contact_report, forward_json, unsettled};
+use super::load::{fingerprint, load as load_face};
+use super::progress::{Progress, say};
+
+pub(crate) fn run(options: &SurgeryOptions) -> Result<Outcome, CliError> {
+    let mut progress = Progress::new();
+    let document = read_plan(&options.plan)?;
+    let mut loaded = load_face(&options.face, &mut progress)?;
+    let (name, hash) = fingerprint(&options.plan)?;
+    loaded.inputs.insert(name, hash);
+    let face = &loaded.face;
+    let done = progress.step("operate", || operate(&document.plan, face)).map_err(|error| match error {
+        OperationError::Plan(error) => {
+            CliError::Plan { at: document.lines.location(error.field()), error: Box::new(error) }
+        }
+        other => CliError::Operation { plan: options.plan.clone(), error: Box::new(other) },
+    })?;
+    let movement = &done.movement;
+    let mut warnings: Vec<String> = done.large_turns.iter().map(ToString::to_string).collect();
+    warnings.extend((!movement.settled).then(|| unsettled(movement.penetration_mm)));
+    let (report, load) = contact_report(face, movement);
+    let state = State {
+        activation: vec![0.0; face.muscles.len()],
+        jaw_opening_mm: None,
+        displacement: movement.equilibrium.displacement.clone(),
+        contact: Some(report),
+        warnings,
+    };
+    let json = forward_json(&loaded, &state, "activated".to_owned(), progress);
+    let files = write_face(&options.out, &done.face)?;
+    let heading = format!("{} on {}: how the tissue follows the bones", document.plan.name, loaded.called);
+    let State { activation, displacement, .. } = state;
+    let answer =
+        Answer { heading, json, displacement: Some(displacement), activation, contact_load: Some(load) };
+    let text = export(&answer, face, &options.out, options.json)?;
+    say(&format!("wrote the new face to {}", files[files.len() - 1].display()));
+    Ok(Outcome { text, solved: true })
+}

@@ -1,0 +1,130 @@
+//! A surgical plan carried out: the face that heals in the new place.
+
+use thiserror::Error;
+
+use super::{ContactError, ForwardError, Model, SettledContact};
+use crate::face::{
+    ContactReach, ContactSearch, Face, FaceError, Fibre, Jaw, Landmark, LargeTurn, Muscle, PlanError, Pose,
+    PreparedPlan, SurgicalPlan,
+};
+use crate::mesh::{Locator, Quality, Site};
+use crate::units::Vec3;
+
+/// Why a plan cannot be carried out.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum OperationError {
+    /// The plan does not fit the face.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The tissue cannot be solved.
+    #[error(transparent)]
+    Forward(#[from] ForwardError),
+    /// No contact forces hold it.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+    /// The motion turns elements inside out.
+    #[error(
+        "{cells} cells would be turned inside out, cell {cell} at ({:.0}, {:.0}, {:.0}) mm first: more than the mesh can \
+         follow; move the bones less, or cut where more tissue can stretch", at.x, at.y, at.z
+    )]
+    Inverted {
+        /// How many.
+        cells: usize,
+        /// Id of the first in the mesh's file.
+        cell: u64,
+        /// Where it was, mm.
+        at: Vec3,
+    },
+    /// The new face cannot be computed with.
+    #[error("the face that comes out cannot be used: {0}")]
+    Face(FaceError),
+}
+
+/// A plan carried out on a face.
+#[derive(Clone, Debug)]
+pub struct Operation {
+    /// The face afterwards: at rest where its bones were brought, without stress.
+    pub face: Face,
+    /// Where the plan brought the bones.
+    pub pose: Pose,
+    /// How the tissue followed, its muscles at rest: displacement (3n, mm) and contact.
+    pub movement: SettledContact,
+    /// Bones that were turned too far for the linear model.
+    pub large_turns: Vec<LargeTurn>,
+}
+
+/// Cuts and moves the bones of `face` as the `plan` says; the tissue follows, its muscles at rest, against teeth
+/// and lips: `K_ff(0) u_f = G' lambda - K_fb(0) u_b`. Tissue that is stripped off the bone about a cut is free
+/// meanwhile and fixed again in the new face. In the new face mesh, landmarks and muscles are where `u` brings
+/// them, teeth and jaw where their bones are, and nothing is under stress, as after healing. A plan that moves
+/// nothing gives the same face to the bit.
+///
+/// # Errors
+/// [`OperationError`] for a plan that does not fit the face, tissue that cannot be solved, cells that turn inside
+/// out and a new face that cannot be used.
+pub fn operate(plan: &SurgicalPlan, face: &Face) -> Result<Operation, OperationError> {
+    let PreparedPlan { face: mut cut, pose, stripped } = plan.prepare(face)?;
+    let mut loose = cut.clone();
+    for support in &mut loose.supports {
+        support.nodes.retain(|node| !stripped.contains(node));
+    }
+    let reach = ContactReach::default();
+    let search = ContactSearch::new(&loose, reach);
+    let model = Model::new(&loose, search.rest().to_vec())?;
+    let rest = vec![0.; cut.muscles.len()];
+    let movement = model.at_pose(&rest, &pose)?.settle(&loose, &search, &rest, None)?;
+    if !pose.is_rest() {
+        cut = carried(&cut, &pose, &movement.equilibrium.displacement);
+        inside_out(&cut, face)?;
+        if let Some(error) = cut.check().0.into_iter().next() {
+            return Err(OperationError::Face(error));
+        }
+    }
+    let large_turns = pose.large_turns();
+    Ok(Operation { face: cut, pose, movement, large_turns })
+}
+
+/// `face` where `pose` brings its bones and `u` (3n, mm) its tissue.
+fn carried(face: &Face, pose: &Pose, u: &[f64]) -> Face {
+    let locator = Locator::new(&face.mesh);
+    let follow = |p: &Vec3| match locator.locate(*p) {
+        Some(found) => p + found.site.displacement(u),
+        None => *p,
+    };
+    let fibre = |f: &Fibre| Fibre { points: f.points.iter().map(follow).collect(), closed: f.closed };
+    let muscle = |m: &Muscle| Muscle { fibres: m.fibres.iter().map(fibre).collect(), ..m.clone() };
+    let landmark = |l: &Landmark| {
+        let position = l.site.position + l.site.displacement(u);
+        Landmark { name: l.name.clone(), site: Site { position, weights: l.site.weights.clone() } }
+    };
+    let mut mesh = face.mesh.clone();
+    for (node, p) in mesh.points.iter_mut().enumerate() {
+        *p += Vec3::new(u[3 * node], u[3 * node + 1], u[3 * node + 2]);
+    }
+    let jaw = face.jaw.as_ref().map(|jaw| {
+        let hinge = pose.motion(face, &jaw.bone);
+        // The incisors are on whatever piece carries the lower teeth.
+        let carrier = face.teeth.iter().find(|t| !t.upper).map_or(&jaw.bone, |t| &t.bone);
+        let incisor = pose.motion(face, carrier).apply(jaw.incisor);
+        Jaw { bone: jaw.bone.clone(), condyles: jaw.condyles.map(|c| hinge.apply(c)), incisor }
+    });
+    Face {
+        mesh,
+        jaw,
+        muscles: face.muscles.iter().map(muscle).collect(),
+        teeth: face.teeth_at(pose),
+        landmarks: face.landmarks.iter().map(landmark).collect(),
+        ..face.clone()
+    }
+}
+
+fn inside_out(moved: &Face, before: &Face) -> Result<(), OperationError> {
+    let mesh = &moved.mesh;
+    let inverted: Vec<usize> =
+        (0..mesh.cells.len()).filter(|&c| Quality::new(&mesh.cells[c], &mesh.points).is_inverted()).collect();
+    let Some(&first) = inverted.first() else { return Ok(()) };
+    let corners: Vec<Vec3> = before.mesh.cell_points(first).collect();
+    let at = corners.iter().sum::<Vec3>() / corners.len() as f64;
+    Err(OperationError::Inverted { cells: inverted.len(), cell: mesh.cell_ids[first], at })
+}

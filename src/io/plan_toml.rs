@@ -1,0 +1,217 @@
+//! Surgical plans, `plan.toml`.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use thiserror::Error;
+use toml::de::DeTable;
+
+use super::schema::{pretty, toml_schema_of};
+use super::target_toml::{check_table, line_of};
+use super::{FieldLines, Location, TargetFileError};
+use crate::face::{About, Cut, CutBy, Motion, Move, SurgicalPlan};
+use crate::units::Vec3;
+
+/// A surgical plan: cuts split pieces off bones, moves bring bones and pieces to new places. Lengths mm, angles
+/// degrees; frame +x the subject's left, +y up, +z anterior.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "Modiolus surgical plan")]
+struct PlanTable {
+    /// Name of the plan, one word.
+    name: String,
+    /// What it is, one sentence.
+    #[serde(default)]
+    #[expect(dead_code, reason = "for the reader of the file")]
+    description: String,
+    /// Unit of every length in the file: "mm".
+    #[schemars(extend("enum" = ["mm"]))]
+    #[expect(dead_code, reason = "the schema holds it to mm")]
+    unit: String,
+    /// Cuts, in order.
+    #[serde(default)]
+    cut: Vec<CutTable>,
+    /// Motions of bones and pieces.
+    #[serde(default, rename = "move")]
+    moves: Vec<MoveTable>,
+}
+
+/// A cut: by a plane, or by a node set of the mesh.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct CutTable {
+    /// The bone, such as "mandible".
+    bone: String,
+    /// Name of the piece that is split off.
+    piece: String,
+    /// Plane of the cut: the piece is on the side to which the normal points.
+    plane: Option<PlaneTable>,
+    /// Node set of the mesh that holds the piece.
+    set: Option<String>,
+    /// Arches that go with the piece: "upper", "lower".
+    #[serde(default)]
+    teeth: Vec<ArchName>,
+}
+
+/// A plane.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct PlaneTable {
+    /// A point of the plane [x, y, z], mm.
+    point_mm: [f64; 3],
+    /// Its normal [x, y, z], of any length.
+    normal: [f64; 3],
+    /// Distance from the plane up to which the tissue is stripped off the bone before it moves, mm; 0 when absent.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    stripped_mm: f64,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+enum ArchName {
+    Upper,
+    Lower,
+}
+
+/// A motion: first the rotation, then the translation.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct MoveTable {
+    /// The bone or piece; pieces without a move of their own go with their bone.
+    bone: String,
+    /// Translation [x, y, z], mm; none when absent.
+    #[serde(default)]
+    translation_mm: [f64; 3],
+    /// Rotation about the axis, degrees, right-handed; none when absent.
+    #[serde(default)]
+    rotation_deg: f64,
+    /// Axis of the rotation: "condylar" (from right to left; positive lowers the chin), or a point and a direction.
+    axis: Option<AxisValue>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+enum AxisValue {
+    /// The line through the condyles.
+    Named(AxisName),
+    /// Another line.
+    Line(LineTable),
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+enum AxisName {
+    Condylar,
+}
+
+/// A line.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct LineTable {
+    /// A point of it [x, y, z], mm.
+    point_mm: [f64; 3],
+    /// Its direction [x, y, z], of any length.
+    direction: [f64; 3],
+}
+
+/// A surgical plan as its file states it, with the line of each field.
+#[derive(Clone, Debug)]
+pub struct PlanDocument {
+    /// The plan.
+    pub plan: SurgicalPlan,
+    /// Where each field stands, so that later errors can name its line.
+    pub lines: FieldLines,
+}
+
+/// Why a plan file was refused.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PlanFileError {
+    /// A fault of its form.
+    #[error(transparent)]
+    Form(#[from] TargetFileError),
+    /// The text is not TOML.
+    #[error("{at}: not TOML: {reason}; schemas/plan.schema.json shows the form")]
+    Syntax {
+        /// The line.
+        at: Box<Location>,
+        /// What the parser says.
+        reason: String,
+    },
+    /// A cut by nothing, or by two things.
+    #[error("{at}: give `plane` or `set`, one of the two")]
+    CutBy {
+        /// The cut.
+        at: Box<Location>,
+    },
+    /// A rotation about nothing.
+    #[error(
+        "{at}: missing; a rotation needs an axis: \"condylar\", or {{ point_mm = [x, y, z], direction = [x, y, z] }}"
+    )]
+    NoAxis {
+        /// The field.
+        at: Box<Location>,
+    },
+}
+
+/// Reads the plan file `path`.
+///
+/// # Errors
+/// [`PlanFileError`]: it names the line, the field, the value and the remedy.
+pub fn read_plan(path: &Path) -> Result<PlanDocument, PlanFileError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|reason| TargetFileError::Unreadable { at: Box::new(Location::file(path)), reason })?;
+    parse_plan(&text, path)
+}
+
+/// Reads a plan from `text`; `path` is only named in messages.
+///
+/// # Errors
+/// As [`read_plan`].
+pub fn parse_plan(text: &str, path: &Path) -> Result<PlanDocument, PlanFileError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let not_toml = |e: toml::de::Error| PlanFileError::Syntax {
+        at: Box::new(Location::file(path).at_line(line_of(text, e.span().map_or(0, |s| s.start)))),
+        reason: e.message().to_owned(),
+    };
+    let root = DeTable::parse(text).map_err(not_toml)?;
+    let lines = FieldLines::of(path, text, root.get_ref());
+    check_table(root.get_ref(), toml_schema_of::<PlanTable>().as_value(), "", &lines)?;
+    let table = PlanTable::deserialize(toml::Deserializer::from(root)).map_err(not_toml)?;
+    let at = |field: String| Box::new(lines.location(&field));
+    let cut = |(k, cut): (usize, CutTable)| {
+        let by = match (cut.plane, cut.set) {
+            (Some(plane), None) => {
+                let (point, normal) = (Vec3::from(plane.point_mm), Vec3::from(plane.normal));
+                CutBy::Plane { point, normal, stripped_mm: plane.stripped_mm }
+            }
+            (None, Some(set)) => CutBy::Set(set),
+            _ => return Err(PlanFileError::CutBy { at: at(format!("cut[{k}]")) }),
+        };
+        let teeth = cut.teeth.iter().map(|arch| *arch == ArchName::Upper).collect();
+        Ok(Cut { bone: cut.bone, piece: cut.piece, by, teeth })
+    };
+    let step = |(k, step): (usize, MoveTable)| {
+        let about = match step.axis {
+            Some(AxisValue::Line(line)) => {
+                About::Line { point: Vec3::from(line.point_mm), direction: Vec3::from(line.direction) }
+            }
+            None if step.rotation_deg != 0. => {
+                return Err(PlanFileError::NoAxis { at: at(format!("move[{k}].axis")) });
+            }
+            Some(AxisValue::Named(AxisName::Condylar)) | None => About::Condyles,
+        };
+        let (translation, rotation_deg) = (Vec3::from(step.translation_mm), step.rotation_deg);
+        Ok(Move { bone: step.bone, motion: Motion { translation, rotation_deg, about } })
+    };
+    let cuts = table.cut.into_iter().enumerate().map(cut).collect::<Result<_, _>>()?;
+    let moves = table.moves.into_iter().enumerate().map(step).collect::<Result<_, _>>()?;
+    Ok(PlanDocument { plan: SurgicalPlan { name: table.name, cuts, moves }, lines })
+}
+
+/// The JSON schema of plan files, as in `schemas/plan.schema.json`.
+pub fn plan_schema() -> String {
+    pretty(&toml_schema_of::<PlanTable>())
+}
