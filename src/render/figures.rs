@@ -179,17 +179,12 @@ pub fn before_and_after(faces: [(&Scene<'_>, Option<&[f64]>); 2], moved: &str) -
     let width: usize = views.iter().map(|(_, size)| size.0).sum();
     // Every panel frames the face before, so that what moved is seen to.
     let framed = faces[0].0.rest_points();
-    let mut sheet = Image::new(2 * width, 2 * (height + LINE));
+    let head = LINE + 4;
+    let mut sheet = Image::new(2 * width, 2 * (height + head));
     for (row, name) in ["rest", moved].into_iter().enumerate() {
-        let mut x = 0;
+        let (mut x, y) = (0, row * (height + head));
         for ((scene, u), when) in faces.into_iter().zip(["before", "after"]) {
-            sheet.write(
-                x as i64 + 8,
-                (row * (height + LINE)) as i64 + 4,
-                &format!("{when}, {name}"),
-                true,
-                [30; 3],
-            );
+            sheet.write(x as i64 + 8, y as i64 + 3, &format!("{when}, {name}"), true, [30; 3]);
             for (view, size) in views {
                 let drawing = Drawing {
                     view,
@@ -201,7 +196,7 @@ pub fn before_and_after(faces: [(&Scene<'_>, Option<&[f64]>); 2], moved: &str) -
                     outline_of: (view == View::Profile && row == 0).then_some(faces[0].0),
                     ..Drawing::default()
                 };
-                sheet.place(x, row * (height + LINE) + LINE, &scene.draw(&drawing)?);
+                sheet.place(x, y + head, &scene.draw(&drawing)?);
                 x += size.0;
             }
         }
