@@ -13,6 +13,16 @@ use crate::units::Vec3;
 const SUBLABIALE: f64 = -18.0;
 /// Label where the rows of the lower nose end: the tip.
 const NOSE_TIP: f64 = 34.0;
+/// Height of the nasion above the subnasale: the length of the nose, mm.
+pub(super) const NOSE_LENGTH: f64 = 50.1;
+/// Label of the upper edge away from the nose, and how much lower it runs under the eye, mm.
+const RIM: f64 = 59.0;
+const RIM_DIP: f64 = 5.0;
+/// How far the lips turn away from each other on their way to the teeth, mm.
+const ROLL_MM: f64 = 2.6;
+/// Exponent by which the vermilion's rows are drawn together at the slit, where the lips are thinnest and
+/// roundest.
+const SLIT_GRADING: f64 = 1.35;
 /// Label of the slit's row at the side edge, where rows are evenly spaced.
 const SIDE_SLIT: f64 = -6.0;
 /// Share of the nose that the cartilage, fixed like bone, follows.
@@ -59,7 +69,7 @@ impl Builder {
             (vermilion, p.upper_vermilion_mm),
             (lip, p.upper_lip_mm),
             (nose, NOSE_TIP + p.nose_shift()),
-            (top, LABELS.1),
+            (top, RIM),
         ];
         for (cells, label) in stretches {
             knots.push((knots[knots.len() - 1].0 + cells, label));
@@ -67,13 +77,20 @@ impl Builder {
         let rows = knots[knots.len() - 1].0 + 1;
         let knots: Vec<_> = knots.into_iter().map(|(row, label)| (row as f64, label)).collect();
         let spacing = Curve::monotone(&knots);
-        let labels = (0..rows).map(|row| if row == slit { 0.0 } else { spacing.at(row as f64) }).collect();
+        let drawn_to_slit = |label: f64| {
+            let vermilion = if label > 0.0 { p.upper_vermilion_mm } else { p.lower_vermilion_mm };
+            let share = label.abs() / vermilion;
+            if share < 1.0 { (vermilion * share.powf(SLIT_GRADING)).copysign(label) } else { label }
+        };
+        let labels = (0..rows)
+            .map(|row| if row == slit { 0.0 } else { drawn_to_slit(spacing.at(row as f64)) })
+            .collect();
         let side_labels = (0..rows)
             .map(|row| {
                 if row <= slit {
                     LABELS.0 + (SIDE_SLIT - LABELS.0) * row as f64 / slit as f64
                 } else {
-                    SIDE_SLIT + (LABELS.1 - SIDE_SLIT) * (row - slit) as f64 / (rows - 1 - slit) as f64
+                    SIDE_SLIT + (RIM - SIDE_SLIT) * (row - slit) as f64 / (rows - 1 - slit) as f64
                 }
             })
             .collect();
@@ -160,7 +177,17 @@ impl Builder {
             size
         };
         let fade = (1.0 - size / far).max(0.0);
-        follow.copysign(label) + self.relief.slit(x) * fade
+        let tip = NOSE_TIP + p.nose_shift();
+        let up = ((label - tip) / (RIM - tip)).max(0.0);
+        follow.copysign(label) + self.relief.slit(x) * fade + up.powf(1.5) * (self.edge(x) - RIM)
+    }
+
+    /// Label of the upper edge at half width `x`: it follows the lower rim of the orbit and climbs along
+    /// the nose's side to the nasion.
+    fn edge(&self, x: f64) -> f64 {
+        let nasion = self.parameters.upper_lip_mm + NOSE_LENGTH;
+        let rim = RIM - RIM_DIP * bell(x - 31.0, 13.0);
+        rim + (nasion - RIM) * (-(x / 12.5).powi(4)).exp()
     }
 
     /// The skin over `station`.
@@ -179,8 +206,23 @@ impl Builder {
         height * (1.0 - step(station.length, 66.0, 92.0))
     }
 
-    /// The inner surface under `station`: bone, or mucosa before the upper or lower teeth.
-    pub(super) fn inner(&self, station: &Station, share: f64, upper: bool) -> Vec3 {
+    /// How far the upper or lower lip's inner surface at `column` and `row` is turned up or down: the lips
+    /// go round to the teeth, most at the slit and at the middle.
+    pub(super) fn turned(&self, column: usize, row: usize, upper: bool) -> f64 {
+        let p = &self.parameters;
+        let vermilion = if upper { p.upper_vermilion_mm } else { p.lower_vermilion_mm };
+        let near = 1.0 - self.labels[row].abs() / vermilion;
+        let across = column as f64 / self.resolution.mouth_columns as f64;
+        if near <= 0.0 || across >= 1.0 {
+            return 0.0;
+        }
+        let turned = ROLL_MM * near * near * (1.0 - across.powi(4));
+        if upper { turned } else { -turned }
+    }
+
+    /// The inner surface under `station`, before it is `turned`: bone, or mucosa before the upper or lower
+    /// teeth.
+    pub(super) fn inner(&self, station: &Station, share: f64, upper: bool, turned: f64) -> Vec3 {
         let (x, y) = (station.base.x, station.base.y);
         // Under the nose the columns lean back and up, square to the underside.
         let nose = self.relief.nose(x, y);
@@ -199,7 +241,7 @@ impl Builder {
         // In front the columns are level; in the cheeks they lean like the skin's normals.
         let height = y + (skull.y - y) * step(station.length, 34.0, 66.0);
         // Just under the slit the lower lip still covers the edges of the upper incisors.
-        let below = if upper { 0.0 } else { step(-height, 3.4, 6.4) };
+        let below = if upper { 0.0 } else { step(-height - turned, 3.4, 6.4) };
         let teeth = Vec3::new(xt + below * (xl - xt), height, zt + below * (zl - zt));
         skull + share * (teeth - skull)
     }

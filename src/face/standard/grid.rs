@@ -8,6 +8,9 @@ use crate::units::Vec3;
 /// A miss below this is a hit, mm.
 const FOUND_MM: f64 = 1e-9;
 
+/// Depth (0 inner surface, 1 skin) of the lips behind which they turn away from each other.
+const MEET: f64 = 0.75;
+
 /// A place on the grid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
@@ -41,6 +44,8 @@ pub(super) struct Grid {
     /// Share of vestibule at each inner point: 1 behind lips and cheeks, 0 on bone.
     pub(super) vestibule: Vec<f64>,
     gap: f64,
+    /// How far each inner point is turned up or down, away from the slit, of the upper and the lower lip.
+    turned: [Vec<f64>; 2],
     /// Least and greatest `(x, y)` of each cell of `base`, cell `column * (rows - 1) + row`.
     boxes: Vec<[[f64; 2]; 2]>,
 }
@@ -61,6 +66,7 @@ impl Grid {
             inner: [Vec::with_capacity(columns * rows), Vec::with_capacity(columns * rows)],
             vestibule: Vec::with_capacity(columns * rows),
             gap: parameters.slit_gap_mm,
+            turned: [Vec::with_capacity(columns * rows), Vec::with_capacity(columns * rows)],
             boxes: Vec::with_capacity(columns * rows),
         };
         for column in 0..columns {
@@ -72,7 +78,9 @@ impl Grid {
                 grid.vestibule.push(share);
                 for (half, inner) in grid.inner.iter_mut().enumerate() {
                     let upper = if row == grid.slit { half == 0 } else { row > grid.slit };
-                    inner.push(builder.inner(&station, share, upper));
+                    let turned = builder.turned(column, row, upper);
+                    inner.push(builder.inner(&station, share, upper, turned));
+                    grid.turned[half].push(turned);
                 }
             }
         }
@@ -114,6 +122,7 @@ impl Grid {
             let half = 0.5 * self.gap * (1.0 - t * t);
             point.y += if upper { half } else { -half };
         }
+        point.y += self.turned[usize::from(!upper)][k] * (1.0 - depth / MEET).max(0.0).powi(2);
         point
     }
 

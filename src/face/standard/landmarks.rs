@@ -52,6 +52,7 @@ pub(super) fn spots(grid: &Grid, parameters: &Parameters, relief: &Relief) -> Ve
         node(0, best.unwrap_or(0) as f64)
     };
     add("pronasale", false, profile(28.0 + shift, 45.0 + shift, |_, z| z), true);
+    add("nasion", false, node(0, (grid.rows - 1) as f64), false);
     add("sublabiale", false, profile(-25.0, -12.0, |_, z| -z), false);
     add("pogonion", false, profile(-42.0, -24.0, |_, z| z), false);
     // The lowest point of the chin's outline is ill defined on its round underside: its height is.

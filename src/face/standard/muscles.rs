@@ -32,7 +32,8 @@ enum Kind {
 }
 use Kind::{Paired, Ring};
 
-/// Courses after the anatomy of the public face model and textbooks; cross-sections from widths
+/// Courses after the anatomy of the public face model and textbooks, where the muscles of the modiolus run on
+/// past it into the lips and give up their tension there; cross-sections from widths
 /// and thicknesses there. Radii are half the thickness or what the coarse grid needs to see them.
 const TABLE: &[Row] = &[
     Row {
@@ -40,13 +41,13 @@ const TABLE: &[Row] = &[
         kind: Paired,
         area: 20.0,
         radius: 1.6,
-        insertion: 8.0,
+        insertion: 14.0,
         path: &[
             [50.0, 42.0, 0.02, 4.2],
-            [44.0, 30.0, 0.40, 4.2],
+            [44.0, 30.0, 0.4, 4.2],
             [37.0, 16.0, 0.55, 4.0],
-            [32.2, 6.5, 0.55, 3.2],
-            [27.4, -0.2, 0.50, 2.0],
+            [31.5, 6.3, 0.56, 3.6],
+            [25.2, 0.6, 0.52, 3.2],
         ],
     },
     Row {
@@ -54,12 +55,12 @@ const TABLE: &[Row] = &[
         kind: Paired,
         area: 8.0,
         radius: 1.3,
-        insertion: 8.0,
+        insertion: 14.0,
         path: &[
             [37.5, 47.0, 0.02, 2.5],
-            [31.0, 34.0, 0.4, 2.5],
-            [24.5, 22.0, 0.62, 2.3],
-            [18.6, 11.5, 0.8, 2.0],
+            [31.0, 34.0, 0.4, 2.8],
+            [24.5, 22.0, 0.6, 3.2],
+            [16.6, 9.4, 0.66, 3.6],
         ],
     },
     Row {
@@ -67,12 +68,12 @@ const TABLE: &[Row] = &[
         kind: Paired,
         area: 24.0,
         radius: 1.7,
-        insertion: 8.0,
+        insertion: 14.0,
         path: &[
             [26.5, 51.0, 0.02, 6.0],
             [24.5, 40.0, 0.35, 5.6],
-            [19.5, 24.0, 0.55, 4.8],
-            [9.6, 10.5, 0.75, 5.0],
+            [19.5, 24.0, 0.52, 5.4],
+            [8.8, 8.2, 0.62, 6.2],
         ],
     },
     Row {
@@ -93,12 +94,12 @@ const TABLE: &[Row] = &[
         kind: Paired,
         area: 16.0,
         radius: 1.4,
-        insertion: 8.0,
+        insertion: 14.0,
         path: &[
             [25.0, 34.0, 0.02, 4.0],
-            [27.5, 23.0, 0.20, 4.0],
-            [29.3, 11.0, 0.35, 3.2],
-            [28.2, 0.4, 0.45, 2.0],
+            [27.5, 23.0, 0.2, 4.0],
+            [29.0, 10.5, 0.35, 3.4],
+            [27.2, -3.2, 0.46, 3.0],
         ],
     },
     Row {
@@ -106,12 +107,12 @@ const TABLE: &[Row] = &[
         kind: Paired,
         area: 6.0,
         radius: 1.3,
-        insertion: 8.0,
+        insertion: 14.0,
         path: &[
             [58.0, -1.0, 0.75, 3.0],
             [48.0, -1.5, 0.75, 3.0],
-            [38.0, -1.2, 0.70, 2.8],
-            [28.0, -1.0, 0.56, 1.8],
+            [38.0, -1.2, 0.7, 3.0],
+            [25.0, -1.4, 0.55, 2.6],
         ],
     },
     Row {
@@ -119,13 +120,13 @@ const TABLE: &[Row] = &[
         kind: Paired,
         area: 45.0,
         radius: 1.5,
-        insertion: 8.0,
+        insertion: 14.0,
         path: &[
             [56.0, -1.0, 0.05, 10.0],
             [48.0, -1.0, 0.2, 10.0],
-            [39.5, -1.2, 0.32, 8.0],
-            [33.0, -1.4, 0.42, 4.5],
-            [28.4, -1.4, 0.46, 2.6],
+            [39.5, -1.2, 0.32, 8.5],
+            [32.5, -1.4, 0.42, 6.0],
+            [24.0, -1.5, 0.46, 4.6],
         ],
     },
     Row {
@@ -133,12 +134,12 @@ const TABLE: &[Row] = &[
         kind: Paired,
         area: 24.0,
         radius: 1.4,
-        insertion: 8.0,
+        insertion: 14.0,
         path: &[
-            [34.0, -36.0, 0.05, 6.0],
-            [34.5, -26.0, 0.40, 5.0],
-            [32.5, -13.0, 0.58, 3.6],
-            [28.2, -2.2, 0.55, 2.0],
+            [28.5, -37.0, 0.05, 5.5],
+            [30.0, -27.0, 0.45, 5.0],
+            [30.0, -13.0, 0.66, 4.0],
+            [27.0, 0.8, 0.6, 3.0],
         ],
     },
     Row {
@@ -146,12 +147,12 @@ const TABLE: &[Row] = &[
         kind: Paired,
         area: 24.0,
         radius: 1.4,
-        insertion: 8.0,
+        insertion: 12.0,
         path: &[
             [21.0, -37.0, 0.05, 6.0],
-            [18.5, -28.0, 0.4, 5.5],
-            [13.0, -18.5, 0.55, 5.0],
-            [8.5, -10.5, 0.7, 4.8],
+            [18.5, -28.0, 0.4, 5.6],
+            [13.0, -18.5, 0.52, 5.6],
+            [8.2, -8.6, 0.62, 5.8],
         ],
     },
     Row {
@@ -159,7 +160,7 @@ const TABLE: &[Row] = &[
         kind: Paired,
         area: 30.0,
         radius: 1.8,
-        insertion: 6.0,
+        insertion: 8.0,
         path: &[[5.0, -19.0, 0.04, 2.8], [6.0, -25.0, 0.35, 3.2], [6.5, -32.0, 0.88, 3.6]],
     },
     Row {
@@ -201,7 +202,7 @@ const TABLE: &[Row] = &[
         kind: Paired,
         area: 5.0,
         radius: 1.2,
-        insertion: 8.0,
+        insertion: 10.0,
         path: &[[9.5, 16.0, 0.04, 1.5], [19.0, 11.0, 0.22, 1.5], [28.0, 2.0, 0.42, 1.3]],
     },
     Row {
@@ -209,7 +210,7 @@ const TABLE: &[Row] = &[
         kind: Paired,
         area: 5.0,
         radius: 1.2,
-        insertion: 8.0,
+        insertion: 10.0,
         path: &[[9.0, -17.5, 0.04, 1.5], [18.5, -12.0, 0.22, 1.5], [28.0, -3.6, 0.42, 1.3]],
     },
     Row {
@@ -217,12 +218,12 @@ const TABLE: &[Row] = &[
         kind: Paired,
         area: 25.0,
         radius: 1.3,
-        insertion: 8.0,
+        insertion: 14.0,
         path: &[
             [43.0, -31.0, 0.86, 9.0],
             [40.0, -24.0, 0.84, 8.0],
-            [34.5, -11.5, 0.72, 4.5],
-            [30.5, -4.0, 0.62, 2.4],
+            [34.5, -11.5, 0.72, 5.0],
+            [28.5, -1.8, 0.6, 3.2],
         ],
     },
 ];

@@ -55,7 +55,7 @@ impl Default for Parameters {
             lower_vermilion_mm: 10.2,
             philtrum_width_mm: 14.6,
             upper_lip_mm: 21.4,
-            slit_gap_mm: 0.3,
+            slit_gap_mm: 0.15,
             upper_incisor_depth_mm: 5.0,
             lower_incisor_depth_mm: 7.0,
             upper_arch_half_width_mm: 30.0,

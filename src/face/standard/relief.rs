@@ -21,7 +21,7 @@ impl Relief {
     pub(super) fn new(parameters: &Parameters) -> Self {
         // Featureless height; height and rise of the nose's profile there. Heights are drawn
         // together on the underside, so that equal rows sample its length.
-        const NOSE: [(f64, f64, f64); 15] = [
+        const NOSE: [(f64, f64, f64); 17] = [
             (17.0, 0.0, 0.0),
             (20.0, 0.0, 0.1),
             (21.9, -0.2, 0.6),
@@ -35,8 +35,10 @@ impl Relief {
             (41.0, 0.0, 24.3),
             (45.0, 0.0, 23.4),
             (49.0, 0.0, 22.2),
-            (54.0, 0.0, 20.8),
-            (60.0, 0.0, 20.2),
+            (54.0, 0.0, 20.6),
+            (60.0, 0.0, 19.2),
+            (66.0, 0.0, 18.3),
+            (75.0, 0.0, 19.6),
         ];
         Self {
             parameters: parameters.clone(),
@@ -52,7 +54,8 @@ impl Relief {
                 (40.0, 11.8),
                 (47.0, 11.4),
                 (54.0, 11.0),
-                (60.0, 11.0),
+                (60.0, 10.2),
+                (72.0, 9.6),
             ]),
             ridge_power: Curve::monotone(&[(20.0, 2.0), (28.0, 2.2), (34.0, 2.5), (42.0, 2.2), (60.0, 2.0)]),
             upper_roll: Curve::natural(&[
@@ -127,9 +130,16 @@ impl Relief {
         let radius = 5.5 * step(x, 1.0, 7.0) * step(y, 20.0, 25.0) * (1.0 - step(y, 42.0, 54.0));
         let rise = smooth_max(ridge, wing, radius)
             - smooth_max(0.0, 0.0, radius) * (1.0 - step(ridge.max(wing), 0.0, 6.0));
-        let nostril = 2.6 * bell(x - 7.4, 2.8) * bell(y - 25.0, 1.9);
         let droop = self.nose_y.at(y) * (-(x / 15.0).powi(4)).exp();
-        Vec3::new(0.0, droop, rise - nostril)
+        Vec3::new(0.0, droop + Self::base_of_nose(x, y), rise)
+    }
+
+    /// Rise of the nose's underside: a hollow for each nostril between the columella and the rim of the wing.
+    fn base_of_nose(x: f64, y: f64) -> f64 {
+        let hollow = 1.9 * bell(x - 6.9, 2.9) * bell(y - 26.4, 3.1);
+        let columella = 0.9 * bell(x, 2.8) * bell(y - 26.5, 3.0);
+        let rim = 0.7 * bell(x - 12.6, 2.6) * bell(y - 26.0, 3.0);
+        hollow - columella - rim
     }
 
     /// How much higher than the skin's grid the cartilage under the nose's base lies, mm.

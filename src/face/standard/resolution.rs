@@ -20,10 +20,10 @@ pub struct Resolution {
 impl Resolution {
     /// About 10 000 degrees of freedom: previews and tests.
     pub const COARSE: Self = Self {
-        mouth_columns: 7,
-        cheek_columns: 8,
-        rows_above: [3, 3, 4, 4],
-        rows_below: [3, 2, 7],
+        mouth_columns: 9,
+        cheek_columns: 7,
+        rows_above: [4, 4, 4, 3],
+        rows_below: [4, 4, 5],
         layers: 3,
     };
     /// About 30 000 degrees of freedom: the default.

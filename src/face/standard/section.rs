@@ -9,7 +9,7 @@ const PIECES: u32 = 240;
 const EDGE: f64 = 0.12;
 
 /// Lowest and highest label of the map, mm.
-pub(super) const LABELS: (f64, f64) = (-68.0, 59.0);
+pub(super) const LABELS: (f64, f64) = (-68.0, 72.0);
 
 /// The family of sections. A section's label is its height at the mid-line; below the chin labels
 /// run on along the underside, so that the family never folds.
@@ -27,7 +27,7 @@ impl Sections {
     /// Knots: label; mid-line height and depth; half width, height and depth at the side; exponent
     /// of the superellipse. Drawn for a bizygomatic breadth of 134 mm and a bigonial of 107.
     pub(super) fn new() -> Self {
-        const KNOTS: [[f64; 7]; 12] = [
+        const KNOTS: [[f64; 7]; 13] = [
             [-70.0, -50.6, -35.5, 46.0, -38.0, -80.0, 2.00],
             [-60.0, -49.0, -25.8, 51.0, -32.0, -82.0, 1.92],
             [-52.0, -46.8, -18.2, 55.0, -26.0, -83.5, 1.86],
@@ -40,6 +40,7 @@ impl Sections {
             [30.0, 30.0, -5.4, 71.4, 30.5, -92.0, 2.28],
             [45.0, 45.0, -11.2, 72.8, 43.5, -93.0, 2.52],
             [60.0, 60.0, -17.0, 73.6, 57.0, -94.0, 2.66],
+            [75.0, 75.0, -22.0, 74.0, 72.0, -94.5, 2.70],
         ];
         let column = |c: usize| Curve::natural(&KNOTS.map(|k| (k[0], k[c])));
         Self {
