@@ -153,6 +153,7 @@ fn a_fit_satisfies_contact_where_its_answer_leads() {
         observations: &observations,
         mode,
     };
+    let start = first.activations.values.clone();
     let fitted = fit.fixed(0.5, first).unwrap();
     let after = search.at(&face, &fitted.displacement.unwrap(), &Pose::rest()).overlap_mm();
     println!(
@@ -163,4 +164,14 @@ fn a_fit_satisfies_contact_where_its_answer_leads() {
     assert_eq!(fitted.solution.status, Status::Solved);
     assert!(after <= 1e-2 && fitted.overlap_mm == Some(after) && fitted.linearisations > 1, "{after}");
     assert!(fitted.solution.certificate.passes());
+    // So does the answer with muscles that stiffen, from the same start.
+    let fitted = fit.activated(&start, |_| ()).unwrap();
+    let after = search.at(&face, &fitted.displacement.unwrap(), &Pose::rest()).overlap_mm();
+    println!(
+        "{after:.4} mm after {} linearisations, {} programs",
+        fitted.linearisations,
+        fitted.history.len()
+    );
+    assert_eq!(fitted.solution.status, Status::Solved);
+    assert!(after <= 1e-2 && fitted.solution.certificate.passes(), "{after}");
 }

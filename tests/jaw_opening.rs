@@ -140,7 +140,7 @@ fn at_fixed_stiffness_the_answer_is_linearised_about_its_own_opening() {
     let problem = ActivatedProblem::new(&model, &target, &observations, ContactMode::Reactions);
     let found = problem.solve_at_fixed_stiffness(0.5).unwrap();
     assert_eq!(found.status, Status::Solved);
-    let stiff = problem.model_at(&[0.5; 3], &found).unwrap();
+    let stiff = problem.model_at(&[0.5; 3], problem.start(&found).as_slice()).unwrap();
     let u = stiff.displacement(&found.activations.values, found.contact_forces.as_slice());
     for (site, said) in observations.sites.iter().zip(found.observed_mm.as_slice().chunks(3)) {
         assert!((site.displacement(&u) - Vec3::from_column_slice(said)).norm() < 1e-8);

@@ -7,8 +7,8 @@ use indicatif::ProgressBar;
 use modiolus::face::{ContactReach, ContactSearch, Face};
 use modiolus::forward::{Deformation, Model};
 use modiolus::inverse::{
-    self, ActivatedProblem, ActivatedSolution, ContactFit, Expected, FittedContact, InverseError,
-    Observations, SequentialState, Solution, Status, Warning,
+    self, ActivatedProblem, ContactFit, Expected, FittedContact, InverseError, Observations, SequentialState,
+    Solution, Status, Warning,
 };
 use modiolus::io::{
     CertificateJson, DeformationJson, ExpectedJson, FeatureJson, LimitJson, LinearJson, MarkerJson,
@@ -108,7 +108,7 @@ pub(crate) fn fit_on(
     let contact = ContactFit { face, search, model: &model, target, observations: observed, mode };
     let is_nonlinear = stiffness == Stiffness::Activated && !linear.activations.values.is_empty();
     let found = progress.told_step("fit", |bar| match is_nonlinear {
-        true => activated(problem, contact, &linear, &bar),
+        true => activated(contact, problem.start(&linear).as_slice(), &linear, &bar),
         false => Ok(Found {
             fitted: contact.fixed(held, linear)?,
             steps: Vec::new(),
@@ -117,7 +117,7 @@ pub(crate) fn fit_on(
         }),
     });
     let found = found.map_err(|e| CliError::Inverse(Box::new(e)))?;
-    let FittedContact { solution, pairs, displacement, overlap_mm, linearisations } = &found.fitted;
+    let FittedContact { solution, pairs, displacement, overlap_mm, linearisations, .. } = &found.fitted;
 
     let solved = solution.status == Status::Solved;
     let heading = format!("{} on {}: {}", target.name, loaded.called, solution.status);
@@ -156,24 +156,20 @@ fn expected(solution: &Solution, stated: &[Expected], face: &str) -> Option<Expe
     Some(ExpectedJson { residual_rms_mm, tolerance_mm, found_rms_mm, met })
 }
 
-/// The nonlinear answer from the `linear` one and from rest.
+/// The nonlinear answer from the unknowns `start` of the `linear` one.
 fn activated(
-    problem: ActivatedProblem<'_>,
     contact: ContactFit<'_>,
+    start: &[f64],
     linear: &Solution,
     bar: &ProgressBar,
 ) -> Result<Found, InverseError> {
-    let (start, rest) = (problem.start(linear), problem.rest());
     let bar = bar.clone();
-    let tell = move |state: &SequentialState| {
+    let fitted = contact.activated(start, move |state: &SequentialState| {
         bar.set_message(format!("fit: step {}, objective {:.4}", state.get_iter() + 1, state.get_cost()));
-    };
-    let from_linear = problem.solve(start.clone(), tell.clone())?;
-    let expected = &linear.observed_mm - &from_linear.start_mm;
+    })?;
+    let expected = &linear.observed_mm - &fitted.start_mm;
     let points = (expected.len() / 3).max(1) as f64;
-    let mut best = ActivatedSolution::best_of([from_linear, problem.solve(rest, tell.clone())?])?;
-    let fitted = contact.activated(&mut best, tell)?;
-    let off = fitted.solution.activations.values.iter().zip(start.iter()).map(|(a, b)| (a - b).abs());
+    let off = fitted.solution.activations.values.iter().zip(start).map(|(a, b)| (a - b).abs());
     let most = off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
     let linear = most.map(|(muscle, activation_off)| LinearJson {
         stiffness: MIDDLE,
@@ -181,8 +177,8 @@ fn activated(
         activation_off,
         markers_off_mm: (expected.norm_squared() / points).sqrt(),
     });
-    let steps = best.history.iter().map(StepJson::from).collect();
-    let others = best.others.iter().map(OtherJson::from).collect();
+    let steps = fitted.history.iter().map(StepJson::from).collect();
+    let others = fitted.others.iter().map(OtherJson::from).collect();
     Ok(Found { fitted, steps, linear, others })
 }
 

@@ -13,8 +13,6 @@ use crate::units::Vec3;
 
 /// Linearisations of the gaps before giving up,
 const MOST_ROUNDS: usize = 60;
-/// of which those in which the load may still be less than whole.
-const LOADING_ROUNDS: usize = 30;
 /// Farthest that a node moves between linearisations, mm: less than a lip is thick.
 const STRIDE_MM: f64 = 1.;
 /// Share of the load in the first increment.
@@ -55,7 +53,8 @@ impl FixedStiffness<'_> {
     /// and `G` of the surfaces at `v`, then moves `v` towards `u`: node by node, by at most a stride that is halved
     /// when the node turns back and grows again while it keeps on. Where a node rides an edge between two planes,
     /// the stride halves down to the edge, where [both planes](crate::contact::Solid::planes) hold it. The compliance is
-    /// condensed to the nodes that may touch once, so that a round costs no factorisation.
+    /// condensed to the nodes that may touch once, so that a round costs no factorisation. In the second half of the
+    /// rounds the load is whole.
     ///
     /// # Errors
     /// [`ContactError`] when no contact forces keep the linearised gaps open.
@@ -66,6 +65,19 @@ impl FixedStiffness<'_> {
         activation: &[f64],
         start: Option<&[f64]>,
     ) -> Result<SettledContact, ContactError> {
+        self.settle_within(MOST_ROUNDS, face, search, activation, start)
+    }
+
+    /// [`settle`](Self::settle) with at most `most_rounds` linearisations.
+    pub(crate) fn settle_within(
+        &self,
+        most_rounds: usize,
+        face: &Face,
+        search: &ContactSearch,
+        activation: &[f64],
+        start: Option<&[f64]>,
+    ) -> Result<SettledContact, ContactError> {
+        let loading_rounds = most_rounds / 2;
         let nodes = search.nodes(face);
         let condensed = Condensed::new(self, &nodes);
         let settling = Settling { stiff: self, condensed, nodes, activation };
@@ -76,11 +88,11 @@ impl FixedStiffness<'_> {
         let mut place = Place::new(from);
         let mut increment = if start.is_some() { 1. } else { FIRST_LOAD };
         let (mut load, mut last, mut best) = (0., None, None::<SettledContact>);
-        for rounds in 1..=MOST_ROUNDS {
-            let next = if rounds >= LOADING_ROUNDS { 1. } else { f64::min(1., load + increment) };
+        for rounds in 1..=most_rounds {
+            let next = if rounds >= loading_rounds { 1. } else { f64::min(1., load + increment) };
             let mut held = settling.held(pairs.clone(), next, last.as_ref())?;
             let way = settling.way(&place.u, &held.displacement);
-            if way > 1.5 * STRIDE_MM && next > load && load > 0. && rounds < LOADING_ROUNDS {
+            if way > 1.5 * STRIDE_MM && next > load && load > 0. && rounds < loading_rounds {
                 // Too far at once: what the increment alone moved tells how much of it can be had later.
                 let before = settling.held(pairs, load, last.as_ref())?;
                 let moved = settling.way(&before.displacement, &held.displacement);
@@ -97,7 +109,7 @@ impl FixedStiffness<'_> {
             let stray_share = stray.map(|(_, f)| f).sum::<f64>() / held.forces.sum().max(f64::MIN_POSITIVE);
             let penetration_mm = there.overlap_mm();
             let settled = load >= 1. && penetration_mm <= TOUCHING_MM && stray_share <= STRAY;
-            let whole = load >= 1. || rounds == MOST_ROUNDS;
+            let whole = load >= 1. || rounds == most_rounds;
             if whole && (settled || best.as_ref().is_none_or(|b| penetration_mm < b.penetration_mm)) {
                 best = Some(SettledContact {
                     pairs: held.pairs.clone(),

@@ -101,14 +101,18 @@ impl<'a> ActivatedProblem<'a> {
         self.uniform(0., 0.)
     }
 
-    /// The model at the stiffness of the activations `a` (m) and at the opening of `solution`, where its
-    /// displacements are those of the answer.
+    /// The model at the stiffness of the activations `a` (m), its bones at the pose of the unknowns `x` (n).
     ///
     /// # Errors
     /// As [`Model::at`].
-    pub fn model_at(&self, a: &[f64], solution: &Solution) -> Result<FixedStiffness<'a>, InverseError> {
+    pub fn model_at(&self, a: &[f64], x: &[f64]) -> Result<FixedStiffness<'a>, InverseError> {
+        let opening = match self.target.jaw_opening {
+            None => None,
+            Some(JawOpening::Held(opening)) => Some(opening),
+            Some(JawOpening::Within(range)) => x.last().map(|&share| range.at(share)),
+        };
         let jaw = self.model.face().jaw.as_ref();
-        let pose = jaw.zip(solution.jaw_opening_mm).map(|(jaw, opening)| Pose::opened(jaw, opening));
+        let pose = jaw.zip(opening).map(|(jaw, opening)| Pose::opened(jaw, opening));
         Ok(self.model.at_pose(a, &pose.unwrap_or_default())?)
     }
 

@@ -1,32 +1,41 @@
 //! A fit whose contacts are those of the face where it went.
 
-use super::sequential::SequentialState;
+use nalgebra::DVector;
+
+use super::sequential::{Approach, SequentialState, SequentialStep};
 use super::solution::{Solution, Status};
 use super::warning::Warning;
-use super::{ActivatedProblem, ActivatedSolution, ContactMode, InverseError, Observations, Target};
+use super::{ActivatedProblem, ContactMode, InverseError, Observations, Target};
 use crate::contact::Pair;
 use crate::face::{ContactSearch, Face};
 use crate::forward::{FixedStiffness, Model};
 
 /// Linearisations of the contacts before giving up.
 const MOST_ROUNDS: usize = 8;
+/// Linearisations under the same activations before the fit goes on from the best of them.
+const SETTLING_ROUNDS: [usize; 2] = [60, 24];
 /// Deepest overlap of the true surfaces, mm, that counts as none.
 const TOUCHING_MM: f64 = 1e-2;
 /// Deepest overlap, mm, of an answer that may be called solved: a quarter of the error of placing a landmark
 /// (0.4 mm).
 const BEARABLE_MM: f64 = 0.1;
-/// Largest change of an activation from one linearisation to the next when the activations stay.
-const SAME: f64 = 1e-3;
+/// Largest change of an activation from one linearisation to the next when the activations stay: where a whole one
+/// moves a point by 10 mm, this moves it by the 0.05 mm up to which surfaces press.
+const SAME: f64 = 5e-3;
+/// Of what the last linearisation changed, the share to which the next is fitted before the contacts stay,
+const ROUGHLY: f64 = 0.1;
+/// at least and at most.
+const ROUGHEST: [f64; 2] = [1e-4, 5e-3];
 /// Candidates farther apart than this, mm, where contact was linearised are left out: no activation changes by
 /// more than the next linearisation finds out.
 const REACH_MM: f64 = 4.;
 
-/// A target on a face, fitted again with the gaps and normals of where the last answer led, until surfaces that
-/// are not planes no longer overlap.
+/// A target on a face, fitted with the gaps and normals of where the answer leads, until surfaces that are not
+/// planes no longer overlap.
 ///
 /// Each linearisation is about the face [at rest on its true surfaces](FixedStiffness::settle) under the last
 /// activations; where these stay, the answer satisfies the optimality conditions with the contacts of its own
-/// deformed face.
+/// deformed face. Until then a fit need only be finer than what the next linearisation changes.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactFit<'a> {
     /// The face.
@@ -57,6 +66,39 @@ pub struct FittedContact {
     pub overlap_mm: Option<f64>,
     /// Linearisations of the contacts that were fitted with.
     pub linearisations: usize,
+    /// The programs solved on the way; none at fixed stiffness.
+    pub history: Vec<SequentialStep>,
+    /// Displacements `P u` (d), mm, at the start, at the stiffness of the start; empty at fixed stiffness.
+    pub start_mm: DVector<f64>,
+    /// Other local solutions with the same contacts, to which the start from rest led.
+    pub others: Vec<Solution>,
+}
+
+/// One fit with contacts linearised once.
+struct Fit {
+    /// The unknowns (n); empty when nothing was found.
+    unknowns: Vec<f64>,
+    forces: DVector<f64>,
+    objective: f64,
+    /// The answer, where the fit was not a rough one.
+    solution: Option<Solution>,
+    history: Vec<SequentialStep>,
+    start_mm: DVector<f64>,
+}
+
+impl Fit {
+    fn of(
+        unknowns: DVector<f64>,
+        solution: Solution,
+        history: Vec<SequentialStep>,
+        start_mm: DVector<f64>,
+    ) -> Self {
+        let forces = solution.contact_forces.clone();
+        let objective = solution.objective;
+        let unknowns =
+            if solution.activations.values.is_empty() { Vec::new() } else { unknowns.as_slice().to_vec() };
+        Self { unknowns, forces, objective, solution: Some(solution), history, start_mm }
+    }
 }
 
 impl<'a> ContactFit<'a> {
@@ -67,96 +109,162 @@ impl<'a> ContactFit<'a> {
     /// [`InverseError`] when the face cannot be solved.
     pub fn fixed(&self, share: f64, first: Solution) -> Result<FittedContact, InverseError> {
         let held = vec![share; self.model.muscles().len()];
-        self.settle(first, |_| held.clone(), |problem, _| problem.solve_at_fixed_stiffness(share))
+        let x = self.on(self.model).start(&first);
+        let mut first = Some(first);
+        self.settle(
+            x.as_slice().to_vec(),
+            None,
+            |_| held.clone(),
+            |model, _, _| {
+                let solution = match first.take_if(|_| !self.is_linearised()) {
+                    Some(first) => first,
+                    None => self.on(model).solve_at_fixed_stiffness(share)?,
+                };
+                Ok(Fit::of(self.on(model).start(&solution), solution, Vec::new(), DVector::zeros(0)))
+            },
+        )
     }
 
-    /// The answer with muscles that stiffen, from `first`, which was found with the candidates at rest and gets
-    /// the programs of all linearisations as its history; `tell` hears of every step.
+    /// The answer with muscles that stiffen, from the unknowns `start` (n); `tell` hears of every step.
+    ///
+    /// Where it stands, the same contacts are fitted from rest too: another answer is told, and taken where it is
+    /// the better one.
     ///
     /// # Errors
     /// [`InverseError`] when the face cannot be solved at some activation.
     pub fn activated(
         &self,
-        first: &mut ActivatedSolution,
+        start: &[f64],
         tell: impl FnMut(&SequentialState) + Clone + 'static,
     ) -> Result<FittedContact, InverseError> {
-        let history = &mut first.history;
-        self.settle(first.solution.clone(), <[f64]>::to_vec, |problem, last| {
-            let next = problem.solve(problem.start(last), tell.clone())?;
-            history.extend(next.history);
-            Ok(next.solution)
-        })
+        let exactly =
+            |model: &Model, a: &[f64]| self.on(model).solve(DVector::from_column_slice(a), tell.clone());
+        let fit = |model: &Model, a: &[f64], roughly: Option<f64>| {
+            if let Some(roughly) = roughly
+                && let Some(near) =
+                    self.on(model).approach(DVector::from_column_slice(a), roughly, tell.clone())?
+            {
+                let Approach { unknowns, forces, objective, history, start_mm } = near;
+                let unknowns = unknowns.as_slice().to_vec();
+                return Ok(Fit { unknowns, forces, objective, solution: None, history, start_mm });
+            }
+            let found = exactly(model, a)?;
+            Ok(Fit::of(self.on(model).start(&found.solution), found.solution, found.history, found.start_mm))
+        };
+        let m = self.model.muscles().len();
+        let own = |x: &[f64]| x[..m].to_vec();
+        let mut fitted = self.settle(start.to_vec(), None, own, fit)?;
+        let old = &fitted.solution;
+        if old.status != Status::Solved || fitted.overlap_mm.is_some_and(|mm| mm > BEARABLE_MM) {
+            return Ok(fitted);
+        }
+        let (objective, answer) = (old.objective, self.on(self.model).start(old).as_slice().to_vec());
+        let is_other = |a: &[f64]| largest_change(a, &answer) > 2. * ROUGHEST[1];
+        let model = self.model.with_pairs(fitted.pairs.clone());
+        // Far from the answer its contacts may leave the face no place: then rest is no start.
+        let Ok(second) = fit(&model, self.on(&model).rest().as_slice(), Some(ROUGHEST[1])) else {
+            return Ok(fitted);
+        };
+        fitted.history.extend(second.history);
+        if !is_other(&second.unknowns) {
+            return Ok(fitted);
+        }
+        if second.objective >= objective {
+            let Ok(second) = exactly(&model, &second.unknowns) else { return Ok(fitted) };
+            fitted.history.extend(second.history);
+            let is_told = second.solution.status == Status::Solved
+                && is_other(self.on(&model).start(&second.solution).as_slice());
+            fitted.others.extend(is_told.then_some(second.solution));
+            return Ok(fitted);
+        }
+        let stiff = self.on(&model).model_at(&second.unknowns[..m], &second.unknowns)?;
+        let place = stiff.displacement(&second.unknowns[..m], second.forces.as_slice());
+        let better = self.settle(second.unknowns, Some(place), own, fit)?;
+        let is_better = better.solution.status == Status::Solved && better.solution.objective < objective;
+        let (mut best, other) = if is_better { (better, fitted) } else { (fitted, better) };
+        best.linearisations += other.linearisations;
+        best.history.extend(other.history);
+        let apart = largest_change(&best.solution.activations.values, &other.solution.activations.values);
+        let is_told = other.solution.status == Status::Solved && apart > 2. * ROUGHEST[1];
+        best.others.extend(is_told.then_some(other.solution));
+        Ok(best)
     }
 
+    fn is_linearised(&self) -> bool {
+        self.search.is_some() && self.mode == ContactMode::Reactions
+    }
+
+    fn on<'m>(&'m self, model: &'m Model) -> ActivatedProblem<'m> {
+        ActivatedProblem::new(model, self.target, self.observations, self.mode)
+    }
+
+    /// Fits and linearises from the unknowns `x` (n), and from the displacement `place` (3n, mm) or rest, until both
+    /// stay, at the `stiffness` of activations (m); `fit` fits to a roughness or, without one, exactly.
     fn settle(
         &self,
-        first: Solution,
+        mut x: Vec<f64>,
+        mut place: Option<Vec<f64>>,
         stiffness: impl Fn(&[f64]) -> Vec<f64>,
-        mut fit: impl FnMut(ActivatedProblem<'_>, &Solution) -> Result<Solution, InverseError>,
+        mut fit: impl FnMut(&Model, &[f64], Option<f64>) -> Result<Fit, InverseError>,
     ) -> Result<FittedContact, InverseError> {
-        let mut model = self.model.clone();
-        let mut solution = first;
-        let mut best: Option<FittedContact> = None;
-        let (mut last, mut place): (Option<Vec<f64>>, Option<Vec<f64>>) = (None, None);
-        for linearisations in 1..=MOST_ROUNDS {
-            let a = solution.activations.values.clone();
-            if a.is_empty() {
-                break;
+        let m = self.model.muscles().len();
+        let mut stiff = self.on(self.model).model_at(&stiffness(&x), &x)?;
+        let mut pairs = self.model.pairs().to_vec();
+        let mut best: Option<(f64, Vec<Pair>, Vec<f64>)> = None;
+        let (mut history, mut start_mm, mut linearisations) = (Vec::new(), None, 0);
+        let mut roughly = self.is_linearised().then_some(ROUGHEST[1]);
+        for round in 0..=MOST_ROUNDS {
+            let is_last = round == MOST_ROUNDS || !self.is_linearised();
+            if is_last && let Some((_, least, from)) = best.take() {
+                (pairs, x, roughly) = (least, from, None);
+            } else if let Some(search) = self.search.filter(|_| roughly.is_some()) {
+                linearisations += 1;
+                if let Some((near, there)) = self.linearised(&stiff, search, &x[..m], place.as_deref()) {
+                    (pairs, place) = (near, Some(there));
+                }
             }
-            let problem = ActivatedProblem::new(&model, self.target, self.observations, self.mode);
-            let stiff = problem.model_at(&stiffness(&a), &solution)?;
-            let u = stiff.displacement(&a, solution.contact_forces.as_slice());
-            let overlap_mm = self.search.map(|search| search.at(self.face, &u, &stiff.pose()).overlap_mm());
-            let change = last.as_ref().map_or(f64::INFINITY, |last| largest_change(last, &a));
-            let now = FittedContact {
-                solution: solution.clone(),
-                pairs: model.pairs().to_vec(),
-                displacement: Some(u),
-                overlap_mm,
-                linearisations,
-            };
-            let Some((search, overlap)) =
-                self.search.zip(overlap_mm).filter(|_| self.mode == ContactMode::Reactions)
-            else {
-                return Ok(now);
-            };
-            let is_free = now.solution.contact_forces.iter().all(|f| *f <= 0.);
-            if overlap <= TOUCHING_MM && (change <= SAME || is_free) {
-                return Ok(now);
+            let found = fit(&self.model.with_pairs(pairs.clone()), &x, roughly)?;
+            history.extend(found.history);
+            start_mm.get_or_insert(found.start_mm);
+            let has_failed = found.unknowns.is_empty();
+            let (mut displacement, mut overlap_mm) = (None, None);
+            if !has_failed {
+                stiff = self.on(self.model).model_at(&stiffness(&found.unknowns), &found.unknowns)?;
+                let u = stiff.displacement_with(&pairs, &found.unknowns[..m], found.forces.as_slice());
+                overlap_mm = self.search.map(|search| search.at(self.face, &u, &stiff.pose()).overlap_mm());
+                displacement = Some(u);
             }
-            let is_better = |best: &FittedContact| {
-                let solved = |f: &FittedContact| f.solution.status == Status::Solved;
-                (solved(&now), -overlap) > (solved(best), -best.overlap_mm.unwrap_or(0.))
-            };
-            if best.as_ref().is_none_or(is_better) {
-                best = Some(now);
+            let overlap = overlap_mm.unwrap_or(0.);
+            let change = largest_change(&found.unknowns, &x);
+            let stands = overlap <= TOUCHING_MM && (change <= SAME || found.forces.iter().all(|f| *f <= 0.));
+            if let Some(mut solution) = found.solution.filter(|_| is_last || stands || has_failed) {
+                if self.is_linearised() && !stands && !has_failed {
+                    solution.warnings.push(Warning::Unsettled { overlap_mm: overlap });
+                    if overlap > BEARABLE_MM && solution.status == Status::Solved {
+                        solution.status = Status::NotConverged;
+                    }
+                }
+                let start_mm = start_mm.unwrap_or_else(|| DVector::zeros(0));
+                let (linearisations, others) = (linearisations.max(1), Vec::new());
+                return Ok(FittedContact {
+                    solution,
+                    pairs,
+                    displacement,
+                    overlap_mm,
+                    linearisations,
+                    history,
+                    start_mm,
+                    others,
+                });
             }
-            if linearisations == MOST_ROUNDS {
-                break;
+            if best.as_ref().is_none_or(|(least, ..)| overlap < *least) {
+                best = Some((overlap, pairs.clone(), found.unknowns.clone()));
             }
-            let Some((pairs, there)) = self.linearised(&stiff, search, &a, place.as_deref()) else { break };
-            (last, place) = (Some(a.clone()), Some(there));
-            model = self.model.with_pairs(pairs);
-            let problem = ActivatedProblem::new(&model, self.target, self.observations, self.mode);
-            solution = fit(problem, &solution)?;
+            // When the contacts stay the same ones are fitted exactly.
+            roughly = (!stands).then_some((ROUGHLY * change).clamp(ROUGHEST[0], ROUGHEST[1]));
+            x = found.unknowns;
         }
-        let Some(mut fitted) = best else {
-            let pairs = self.model.pairs().to_vec();
-            return Ok(FittedContact {
-                solution,
-                pairs,
-                displacement: None,
-                overlap_mm: None,
-                linearisations: 1,
-            });
-        };
-        if let Some(overlap_mm) = fitted.overlap_mm {
-            fitted.solution.warnings.push(Warning::Unsettled { overlap_mm });
-            if overlap_mm > BEARABLE_MM && fitted.solution.status == Status::Solved {
-                fitted.solution.status = Status::NotConverged;
-            }
-        }
-        Ok(fitted)
+        Err(InverseError::NoStart)
     }
 
     /// The candidates about the face under the activations `a`, and its displacement there; `None` when it cannot
@@ -168,7 +276,8 @@ impl<'a> ContactFit<'a> {
         a: &[f64],
         start: Option<&[f64]>,
     ) -> Option<(Vec<Pair>, Vec<f64>)> {
-        let settled = stiff.settle(self.face, search, a, start).ok()?;
+        let rounds = SETTLING_ROUNDS[usize::from(start.is_some())];
+        let settled = stiff.settle_within(rounds, self.face, search, a, start).ok()?;
         let u = settled.equilibrium.displacement;
         let forces = settled.equilibrium.contact_forces;
         let by_teeth = self.face.tooth_changes(&settled.pairs, &stiff.pose());

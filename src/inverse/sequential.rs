@@ -48,6 +48,8 @@ pub struct SequentialStep {
 /// An `argmin` solver over [`ActivatedProblem`]; [`ActivatedProblem::solve`] runs it.
 #[derive(Debug)]
 pub struct SequentialQp {
+    /// Change of the activations at which a rough answer does.
+    roughly: f64,
     radius: f64,
     at: Option<Iterate>,
     history: Vec<SequentialStep>,
@@ -59,6 +61,8 @@ pub struct SequentialQp {
 enum End {
     /// An optimum on the tangent that satisfies the nonlinear conditions.
     Optimum(Box<Found>),
+    /// As near as was asked for.
+    Near,
     /// The limits leave nothing, or a program stopped short.
     Failed(Failure),
     /// The trust region shrank to nothing.
@@ -67,7 +71,14 @@ enum End {
 
 impl Default for SequentialQp {
     fn default() -> Self {
-        Self { radius: 1., at: None, history: Vec::new(), start_mm: DVector::zeros(0), end: None }
+        Self {
+            roughly: 0.,
+            radius: 1.,
+            at: None,
+            history: Vec::new(),
+            start_mm: DVector::zeros(0),
+            end: None,
+        }
     }
 }
 
@@ -138,6 +149,12 @@ impl Solver<ActivatedProblem<'_>, SequentialState> for SequentialQp {
             self.at = Some(at);
             return Ok((state, None));
         }
+        if change <= self.roughly {
+            self.history.push(step);
+            self.end = Some(End::Near);
+            self.at = Some(at);
+            return Ok((state, None));
+        }
         let next = problem.problem("cost_count", |p| Ok(p.iterate(proposed)?))?;
         let predicted = at.objective - found.optimum.objective;
         let actual = at.objective - next.objective;
@@ -164,7 +181,9 @@ impl Solver<ActivatedProblem<'_>, SequentialState> for SequentialQp {
 
     fn terminate(&mut self, _: &SequentialState) -> TerminationStatus {
         match self.end {
-            Some(End::Optimum(_)) => TerminationStatus::Terminated(TerminationReason::SolverConverged),
+            Some(End::Optimum(_) | End::Near) => {
+                TerminationStatus::Terminated(TerminationReason::SolverConverged)
+            }
             Some(_) => TerminationStatus::Terminated(TerminationReason::SolverExit("no step".into())),
             None => TerminationStatus::NotTerminated,
         }
@@ -211,21 +230,13 @@ impl ActivatedProblem<'_> {
         tell: impl FnMut(&SequentialState) + 'static,
     ) -> Result<ActivatedSolution, InverseError> {
         let mode = self.mode();
-        let run = Executor::new(self, SequentialQp::default())
-            .configure(|state: SequentialState| state.param(start).max_iters(MOST_STEPS))
-            .add_observer(Teller(tell), ObserverMode::Always)
-            .timer(false)
-            .run();
-        let SequentialQp { at, end, history, start_mm, .. } = match run {
-            Ok(result) => result.solver,
-            // Every error that the solver raises is one of these.
-            Err(error) => return Err(error.downcast().unwrap_or(InverseError::NoStart)),
-        };
+        let SequentialQp { at, end, history, start_mm, .. } =
+            self.run(SequentialQp::default(), start, tell)?;
         let at = at.ok_or(InverseError::NoStart)?;
         let solution = match end {
             Some(End::Optimum(found)) => at.solution(mode, Status::Solved, &found)?,
             Some(End::Failed(failure)) => at.tangent.failed(failure),
-            Some(End::Lost) | None => {
+            Some(End::Lost | End::Near) | None => {
                 match at.tangent.minimise(mode, &at.terms, Some(at.touching()), None)? {
                     Ok(found) => at.solution(mode, Status::NotConverged, &found)?,
                     Err(failure) => at.tangent.failed(failure),
@@ -234,6 +245,56 @@ impl ActivatedProblem<'_> {
         };
         Ok(ActivatedSolution { solution, history, start_mm, others: Vec::new() })
     }
+
+    /// Goes from the start `x` (n) towards the optimum only until the next program would change none of them
+    /// by more than `roughly`; `None` when no program has an answer.
+    pub(super) fn approach(
+        self,
+        start: DVector<f64>,
+        roughly: f64,
+        tell: impl FnMut(&SequentialState) + 'static,
+    ) -> Result<Option<Approach>, InverseError> {
+        let SequentialQp { at, end, history, start_mm, .. } =
+            self.run(SequentialQp { roughly, ..SequentialQp::default() }, start, tell)?;
+        let at = at.filter(|_| !matches!(end, Some(End::Failed(_))));
+        Ok(at.map(|at| Approach {
+            unknowns: at.state.activation,
+            forces: at.forces,
+            objective: at.objective,
+            history,
+            start_mm,
+        }))
+    }
+
+    fn run(
+        self,
+        solver: SequentialQp,
+        start: DVector<f64>,
+        tell: impl FnMut(&SequentialState) + 'static,
+    ) -> Result<SequentialQp, InverseError> {
+        let run = Executor::new(self, solver)
+            .configure(|state: SequentialState| state.param(start).max_iters(MOST_STEPS))
+            .add_observer(Teller(tell), ObserverMode::Always)
+            .timer(false)
+            .run();
+        // Every error that the solver raises is an inverse one.
+        run.map(|result| result.solver).map_err(|error| error.downcast().unwrap_or(InverseError::NoStart))
+    }
+}
+
+/// Where a search stopped short of the optimum.
+#[derive(Clone, Debug)]
+pub(super) struct Approach {
+    /// The unknowns (n).
+    pub(super) unknowns: DVector<f64>,
+    /// Contact forces (c), N, of the face at rest under them.
+    pub(super) forces: DVector<f64>,
+    /// `1/2 sum r^2` there.
+    pub(super) objective: f64,
+    /// The programs solved on the way.
+    pub(super) history: Vec<SequentialStep>,
+    /// Displacements `P u` (d), mm, at the start, at the stiffness of the start.
+    pub(super) start_mm: DVector<f64>,
 }
 
 impl ActivatedSolution {
