@@ -1,4 +1,4 @@
-//! Every shipped target is solved to its certificate and gives what its file states.
+//! Every shipped target is solved to its certificate and gives what its file states, or says that it does not.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -21,6 +21,7 @@ fn targets() -> Vec<PathBuf> {
 fn hold(face: &str, name: &str) {
     let out = tempfile::tempdir().unwrap();
     for target in targets() {
+        let is_stated = std::fs::read_to_string(&target).unwrap().contains(&format!("face = \"{name}\""));
         let output = Command::new(env!("CARGO_BIN_EXE_modiolus"))
             .arg("fit")
             .arg(&target)
@@ -29,13 +30,19 @@ fn hold(face: &str, name: &str) {
             .output()
             .unwrap();
         let what = format!("{} on {name}", target.file_stem().unwrap().to_string_lossy());
-        assert!(output.status.success(), "{what}: {}", String::from_utf8_lossy(&output.stderr));
         let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+        if !is_stated {
+            // Where contact does not settle the fit says so and calls nothing solved.
+            assert_eq!(answer["status"], "not_converged", "{what}: {}", answer["contact"]);
+            continue;
+        }
+        assert!(output.status.success(), "{what}: {}", String::from_utf8_lossy(&output.stderr));
         assert_eq!(answer["status"], "solved", "{what}");
         for residual in ["primal", "dual", "gap"] {
             assert!(answer["certificate"][residual].as_f64().unwrap() <= 1e-9, "{what}: {residual}");
         }
         assert!(answer["contact"]["max_penetration_mm"].as_f64().unwrap() <= 1e-6, "{what}");
+        assert!(answer["contact"]["overlap_mm"].as_f64().unwrap() <= 0.1, "{what}");
         for (muscle, a) in answer["activations"].as_object().unwrap() {
             assert!((0. ..=1.).contains(&a.as_f64().unwrap()), "{what}: {muscle} {a}");
         }

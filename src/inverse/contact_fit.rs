@@ -13,7 +13,7 @@ use crate::forward::{FixedStiffness, Model};
 /// Linearisations of the contacts before giving up.
 const MOST_ROUNDS: usize = 8;
 /// Linearisations under the same activations before the fit goes on from the best of them.
-const SETTLING_ROUNDS: [usize; 2] = [60, 24];
+const SETTLING_ROUNDS: [usize; 2] = [36, 8];
 /// Deepest overlap of the true surfaces, mm, that counts as none.
 const TOUCHING_MM: f64 = 1e-2;
 /// Deepest overlap, mm, of an answer that may be called solved: a quarter of the error of placing a landmark
@@ -213,8 +213,9 @@ impl<'a> ContactFit<'a> {
         let mut best: Option<(f64, Vec<Pair>, Vec<f64>)> = None;
         let (mut history, mut start_mm, mut linearisations) = (Vec::new(), None, 0);
         let mut roughly = self.is_linearised().then_some(ROUGHEST[1]);
+        let mut rounds = MOST_ROUNDS;
         for round in 0..=MOST_ROUNDS {
-            let is_last = round == MOST_ROUNDS || !self.is_linearised();
+            let is_last = round >= rounds || !self.is_linearised();
             if is_last && let Some((_, least, from)) = best.take() {
                 (pairs, x, roughly) = (least, from, None);
             } else if let Some(search) = self.search.filter(|_| roughly.is_some()) {
@@ -227,6 +228,11 @@ impl<'a> ContactFit<'a> {
             history.extend(found.history);
             start_mm.get_or_insert(found.start_mm);
             let has_failed = found.unknowns.is_empty();
+            if has_failed && !is_last && best.is_some() {
+                // These contacts leave no answer: the best of those before is the last.
+                rounds = round + 1;
+                continue;
+            }
             let (mut displacement, mut overlap_mm) = (None, None);
             if !has_failed {
                 stiff = self.on(self.model).model_at(&stiffness(&found.unknowns), &found.unknowns)?;
