@@ -294,8 +294,9 @@ fn gaps_linearised_where_the_tissue_went_settle_on_the_true_surfaces() {
     let overlap = there.overlap_mm();
     assert!(overlap <= 1e-2 && overlap == settled.penetration_mm, "{overlap}");
     let distances = there.distances();
-    let off =
-        settled.pairs.iter().zip(forces.iter()).filter(|(pair, _)| distances[&(pair.kind, pair.node)] > 2e-2);
+    // What `settled` promises, measured anew: at most a hundredth of the force across more than 0.05 mm.
+    let is_off = |p: &Pair| distances.get(&(p.kind, p.node)).is_none_or(|d| *d > 5e-2);
+    let off = settled.pairs.iter().zip(forces.iter()).filter(|(pair, _)| is_off(pair));
     let stray: f64 = off.map(|(_, force)| force).sum();
     assert!(stray <= 0.01 * forces.sum(), "{stray} of {} N press across a gap", forces.sum());
 }

@@ -32,7 +32,7 @@ fn prism(polygon: &[[f64; 2]], hub: [f64; 2]) -> Surface {
 
 /// Forces on the planes of a node on springs (1 N/mm), at `p`, under the load `push` (N), and where it goes.
 fn pressed(solid: &Solid, p: Vec3, push: Vec3) -> (Vec<(Vec3, f64)>, Vec3) {
-    let pairs = teeth_planes(PairKind::UpperTeeth, 0, solid, &[p], &[0], &BTreeMap::new(), 5., 1.5);
+    let pairs = teeth_planes(PairKind::UpperTeeth, 0, solid, &[p], &[0], &BTreeMap::new(), [5., 1.5]);
     let c = pairs.len();
     let contact = ContactResponse {
         kinds: vec![PairKind::UpperTeeth; c],

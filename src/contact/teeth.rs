@@ -43,7 +43,7 @@ pub fn teeth_pairs(
 }
 
 /// The pairs of moved nodes with the teeth `solid`: as [`teeth_pairs`], and beside the closest point of a
-/// node that is no deeper inside than `shallow_mm` every other [plane](Solid::planes) that it may reach
+/// node that is no deeper inside than `near_mm` every other [plane](Solid::planes) that it may reach
 /// within `near_mm`.
 pub fn teeth_planes(
     kind: PairKind,
@@ -52,8 +52,7 @@ pub fn teeth_planes(
     points: &[Vec3],
     nodes: &[usize],
     normals: &BTreeMap<usize, Vec3>,
-    cutoff_mm: f64,
-    near_mm: f64,
+    [cutoff_mm, near_mm]: [f64; 2],
 ) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for first in teeth_pairs(kind, surface, solid, points, nodes, normals, cutoff_mm) {

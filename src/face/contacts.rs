@@ -152,7 +152,7 @@ impl ContactSearch {
             let (nodes, far) = (&self.mucosa, self.reach.teeth_mm);
             let mut found = match near_mm {
                 None => teeth_pairs(*kind, *surface, solid, &points, nodes, &facing, far),
-                Some(near) => teeth_planes(*kind, *surface, solid, &points, nodes, &facing, far, near),
+                Some(near) => teeth_planes(*kind, *surface, solid, &points, nodes, &facing, [far, near]),
             };
             if !motion.is_rest() {
                 found.iter_mut().flat_map(|pair| &mut pair.row).for_each(|(_, n)| *n = motion.turned(*n));

@@ -74,6 +74,22 @@ pub struct FittedContact {
     pub others: Vec<Solution>,
 }
 
+impl FittedContact {
+    /// A solution that has no activations.
+    fn without_answer(solution: Solution, pairs: Vec<Pair>) -> Self {
+        Self {
+            solution,
+            pairs,
+            displacement: None,
+            overlap_mm: None,
+            linearisations: 0,
+            history: Vec::new(),
+            start_mm: DVector::zeros(0),
+            others: Vec::new(),
+        }
+    }
+}
+
 /// One fit with contacts linearised once.
 struct Fit {
     /// The unknowns (n); empty when nothing was found.
@@ -88,7 +104,7 @@ struct Fit {
 
 impl Fit {
     fn of(
-        unknowns: DVector<f64>,
+        unknowns: &DVector<f64>,
         solution: Solution,
         history: Vec<SequentialStep>,
         start_mm: DVector<f64>,
@@ -109,6 +125,9 @@ impl<'a> ContactFit<'a> {
     /// [`InverseError`] when the face cannot be solved.
     pub fn fixed(&self, share: f64, first: Solution) -> Result<FittedContact, InverseError> {
         let held = vec![share; self.model.muscles().len()];
+        if first.activations.values.is_empty() {
+            return Ok(FittedContact::without_answer(first, self.model.pairs().to_vec()));
+        }
         let x = self.on(self.model).start(&first);
         let mut first = Some(first);
         self.settle(
@@ -120,7 +139,7 @@ impl<'a> ContactFit<'a> {
                     Some(first) => first,
                     None => self.on(model).solve_at_fixed_stiffness(share)?,
                 };
-                Ok(Fit::of(self.on(model).start(&solution), solution, Vec::new(), DVector::zeros(0)))
+                Ok(Fit::of(&self.on(model).start(&solution), solution, Vec::new(), DVector::zeros(0)))
             },
         )
     }
@@ -149,7 +168,7 @@ impl<'a> ContactFit<'a> {
                 return Ok(Fit { unknowns, forces, objective, solution: None, history, start_mm });
             }
             let found = exactly(model, a)?;
-            Ok(Fit::of(self.on(model).start(&found.solution), found.solution, found.history, found.start_mm))
+            Ok(Fit::of(&self.on(model).start(&found.solution), found.solution, found.history, found.start_mm))
         };
         let m = self.model.muscles().len();
         let own = |x: &[f64]| x[..m].to_vec();
