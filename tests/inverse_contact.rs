@@ -6,7 +6,7 @@
 mod common;
 
 use common::Random;
-use common::faces::{Body, names, observations, target};
+use common::faces::{Body, names, observations, seen, target};
 use modiolus::contact::PairKind;
 use modiolus::face::ContactReach;
 use modiolus::face::standard::{Resolution, standard};
@@ -84,12 +84,8 @@ fn global(response: &Response, d: &DVector<f64>, effort: f64) -> f64 {
 fn pressing(random: &mut Random, c: usize) -> (Response, DVector<f64>) {
     let m = 2 + random.below(5);
     let points = 1 + random.below(4);
-    let body = Body::random(random, 12, m, points, c);
-    let response = body.response();
-    let a = DVector::from_fn(m, |_, _| random.unit());
-    let contact = response.contact.as_ref().unwrap();
-    let force = contact_forces(contact, &a).unwrap();
-    let d = &response.map * a + &contact.reach * force + random.vector(3 * points) * 0.5;
+    let response = Body::random(random, 12, m, points, c).response();
+    let d = seen(random, &response, 0.5);
     (response, d)
 }
 
@@ -394,10 +390,7 @@ fn sheet(random: &mut Random, m: usize, points: usize) -> (Response, DVector<f64
         observe,
     };
     let response = body.response();
-    let a = DVector::from_fn(m, |_, _| random.unit());
-    let contact = response.contact.as_ref().unwrap();
-    let force = contact_forces(contact, &a).unwrap();
-    let d = &response.map * a + &contact.reach * force + random.vector(3 * points) * 0.1;
+    let d = seen(random, &response, 0.1);
     (response, d)
 }
 

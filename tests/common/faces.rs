@@ -1,7 +1,7 @@
 //! Small linear bodies with the response of a face.
 
 use modiolus::contact::PairKind;
-use modiolus::forward::{ContactResponse, Response};
+use modiolus::forward::{ContactResponse, Response, contact_forces};
 use modiolus::inverse::{Goal, Marker, Observations, Place, Target};
 use modiolus::mesh::Site;
 use modiolus::units::Vec3;
@@ -49,6 +49,15 @@ impl Body {
             }),
         }
     }
+}
+
+/// What is seen (d), mm, of random activations under the contact forces that they call up, with `noise` (standard
+/// deviation, mm).
+pub fn seen(random: &mut Random, response: &Response, noise: f64) -> DVector<f64> {
+    let a = DVector::from_fn(response.map.ncols(), |_, _| random.unit());
+    let contact = response.contact.as_ref().unwrap();
+    let force = contact_forces(contact, &a).unwrap();
+    &response.map * a + &contact.reach * force + random.vector(response.map.nrows()) * noise
 }
 
 pub fn names(m: usize) -> Vec<String> {

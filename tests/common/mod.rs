@@ -4,6 +4,7 @@
 pub mod block_face;
 pub mod faces;
 mod grids;
+pub mod piece;
 mod random;
 
 pub use grids::{add_quad_traction, cell_displacements, grid, solve, solve_with};
