@@ -1,11 +1,15 @@
 //! Surgical plans: what is cut, what moves, and the face that comes out.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
 
+mod common;
+
+use std::collections::BTreeSet;
 use std::path::Path;
 
+use common::block_face::jaw_block;
 use modiolus::contact::Solid;
 use modiolus::face::standard::{Resolution, standard};
-use modiolus::face::{About, Cut, CutBy, Face, Motion, Move, PlanError, SurgicalPlan};
+use modiolus::face::{About, Cut, CutBy, Face, Motion, Move, PlanError, Pose, SurgicalPlan};
 use modiolus::forward::{Model, OperationError, operate};
 use modiolus::io::{parse_plan, read_face, read_plan, write_face};
 use modiolus::mesh::Quality;
@@ -91,8 +95,80 @@ fn a_cut_takes_the_side_of_its_normal_with_its_teeth_and_moves_alone() {
     assert_eq!(jaw.condyles, old.condyles);
     assert!((jaw.incisor - old.incisor - Vec3::new(0., 0., -5.)).norm() < 1e-12);
     // The jaw of the new face opens as one piece.
-    let u = new.bone_displacement(&modiolus::face::Pose::opened(jaw, 4.));
+    let u = new.bone_displacement(&Pose::opened(jaw, 4.));
     assert!(body.iter().chain(&ramus).all(|&n| u[3 * n..3 * n + 3].iter().any(|x| *x != 0.)));
+}
+
+#[test]
+fn pieces_of_a_piece_stay_parts_of_the_jaw() {
+    let face = jaw_block([10, 8, 4]);
+    let cut = |bone: &str, piece: &str, x: f64, stripped_mm: f64| Cut {
+        bone: bone.into(),
+        piece: piece.into(),
+        by: CutBy::Plane { point: Vec3::new(x, 3., 1.), normal: Vec3::new(2., 0., 0.), stripped_mm },
+        teeth: Vec::new(),
+    };
+    let cuts = vec![cut("mandible", "body", -10., 7.), cut("body", "chin", 10., 0.)];
+    let lower = face.supports[1].nodes.clone();
+    let x = |n: usize| face.mesh.points[n].x;
+    let prepared = plan(cuts.clone(), vec![moved("mandible", Vec3::y(), 0.)]).prepare(&face).unwrap();
+    let near: BTreeSet<usize> = lower.iter().copied().filter(|&n| (x(n) + 10.).abs() < 7.).collect();
+    assert!(!near.is_empty() && prepared.stripped == near, "{:?}", prepared.stripped);
+    let of = |bone: &str| -> BTreeSet<usize> {
+        let own = prepared.face.supports.iter().find(|s| s.bone == bone).unwrap();
+        own.nodes.iter().copied().collect()
+    };
+    let between = |min: f64, max: f64| -> BTreeSet<usize> {
+        lower.iter().copied().filter(|&n| min < x(n) && x(n) <= max).collect()
+    };
+    assert_eq!(of("mandible"), between(-99., -10.));
+    assert_eq!(of("body"), between(-10., 10.));
+    assert_eq!(of("chin"), between(10., 99.));
+    // Moved, opened and opening, the three are the bone that they were.
+    let opened = Pose::opened(face.jaw.as_ref().unwrap(), 5.);
+    assert_eq!(prepared.face.bone_displacement(&opened), face.bone_displacement(&opened));
+    assert_eq!(prepared.face.bone_slope(5.), face.bone_slope(5.));
+    let u = prepared.face.bone_displacement(&prepared.pose);
+    assert!(lower.iter().all(|&n| u[3 * n..3 * n + 3] == [0., 1., 0.]));
+    // A piece that is moved itself leaves the others.
+    let chin = plan(cuts, vec![moved("chin", Vec3::x(), 0.)]).prepare(&face).unwrap();
+    let u = chin.face.bone_displacement(&chin.pose);
+    assert!(lower.iter().all(|&n| u[3 * n] == f64::from(u8::from(x(n) > 10.))));
+}
+
+#[test]
+fn a_motion_turns_about_its_axis_and_then_shifts() {
+    let face = jaw_block([10, 8, 4]);
+    let (t, o) = (Vec3::new(1., -2., 0.5), Vec3::new(3., 7., -4.));
+    let (sin, cos) = 6f64.to_radians().sin_cos();
+    let about_x = |p: Vec3, o: Vec3| {
+        let arm = p - o;
+        o + Vec3::new(arm.x, cos * arm.y - sin * arm.z, sin * arm.y + cos * arm.z) + t
+    };
+    let about_z = |p: Vec3, o: Vec3| {
+        let arm = p - o;
+        o + Vec3::new(cos * arm.x - sin * arm.y, sin * arm.x + cos * arm.y, arm.z) + t
+    };
+    let condyle = face.jaw.as_ref().unwrap().condyles[1];
+    let line = |direction: Vec3| About::Line { point: o, direction };
+    type Turned<'a> = &'a dyn Fn(Vec3) -> Vec3;
+    let cases: [(About, Turned<'_>); 3] = [
+        (About::Condyles, &|p| about_x(p, condyle)),
+        (line(3. * Vec3::x()), &|p| about_x(p, o)),
+        (line(0.1 * Vec3::z()), &|p| about_z(p, o)),
+    ];
+    for (about, wanted) in cases {
+        let step =
+            Move { bone: "mandible".into(), motion: Motion { translation: t, rotation_deg: 6., about } };
+        let prepared = plan(Vec::new(), vec![step]).prepare(&face).unwrap();
+        let u = prepared.face.bone_displacement(&prepared.pose);
+        for &n in &face.supports[1].nodes {
+            let p = face.mesh.points[n];
+            let to = p + Vec3::new(u[3 * n], u[3 * n + 1], u[3 * n + 2]);
+            assert!((to - wanted(p)).norm() < 1e-12, "{about:?} {p}: {to}");
+        }
+        assert!(face.supports[0].nodes.iter().all(|&n| u[3 * n..3 * n + 3] == [0.; 3]));
+    }
 }
 
 #[test]
