@@ -187,6 +187,31 @@ fn crossed_lips_touch_and_keep_their_depth() {
 }
 
 #[test]
+fn a_node_in_a_groove_of_the_other_lip_meets_both_flanks() {
+    // The lower lip's upper side is y = |x|, the upper lip's lower side 3 mm above it but for one node that has
+    // come down between the flanks.
+    let (mut mesh, upper, lower) = lips(4, 3., f64::abs);
+    let facets = Facets::of(&mesh);
+    let in_row = |p: &Vec3| p.x == 0. && p.y == 3. && p.z == 1.;
+    let node = *upper.iter().find(|&&n| in_row(&mesh.points[n])).unwrap();
+    let slope = 0.5f64.sqrt();
+    for p in [Vec3::new(0.1, 0.7, 0.9), Vec3::new(-0.3, 0.5, 1.2)] {
+        mesh.points[node] = p;
+        let pairs = lip_pairs(&mesh, &facets, &upper, &lower, 5., Some(1.5));
+        let own: Vec<&Pair> = pairs.iter().filter(|pair| pair.node == node).collect();
+        for flank in [Vec3::new(-slope, slope, 0.), Vec3::new(slope, slope, 0.)] {
+            let met = own.iter().find(|pair| (pair.normal() - flank).norm() < 1e-9);
+            let met = met.unwrap_or_else(|| panic!("{p} does not meet {flank}: {own:?}"));
+            assert!((met.gap_mm - met.rest_overlap_mm - flank.dot(&p)).abs() < 1e-9, "{met:?}");
+            assert!(met.row.iter().map(|r| r.1).sum::<Vec3>().norm() < 1e-12, "in balance: {met:?}");
+            // The facets that carry it are those of this flank.
+            assert!(met.row.iter().all(|(n, _)| *n == node || mesh.points[*n].x * flank.x <= 0.), "{met:?}");
+        }
+        assert!(own.iter().all(|pair| pair.normal().x.abs() > 0.5), "no third plane: {own:?}");
+    }
+}
+
+#[test]
 fn the_gap_of_a_lip_pair_falls_with_the_displacement_as_its_row_says() {
     let (mesh, upper, lower) = lips(3, 0.7, |x| 0.05 * x * x);
     let gaps = |mesh: &Mesh| -> BTreeMap<usize, f64> {

@@ -6,10 +6,11 @@ mod common;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use common::block_face::{block_face, front_pairs};
 use common::{add_quad_traction, grid};
 use modiolus::contact::{Facets, Pair, PairKind, Solid, teeth_pairs};
 use modiolus::face::standard::{Resolution, standard};
-use modiolus::face::{ContactReach, ContactSearch, Face, Pose};
+use modiolus::face::{ContactReach, ContactSearch, Face, Pose, RigidMotion, Teeth};
 use modiolus::forward::{
     Cholesky, ContactResponse, Element, Model, SparseColumn, Stiffness, SymbolicFactor, contact_forces,
 };
@@ -299,4 +300,82 @@ fn gaps_linearised_where_the_tissue_went_settle_on_the_true_surfaces() {
     let off = settled.pairs.iter().zip(forces.iter()).filter(|(pair, _)| is_off(pair));
     let stray: f64 = off.map(|(_, force)| force).sum();
     assert!(stray <= 0.01 * forces.sum(), "{stray} of {} N press across a gap", forces.sum());
+}
+
+#[test]
+fn the_pressure_of_a_uniform_push_is_its_force_over_its_area() {
+    // 6 x 4 rectangles of 10 x 10 mm in front: a node owns the quarters of those about it.
+    let mut face = block_face([6, 4, 2]);
+    face.mucosa.clone_from(&face.skin);
+    let share = |p: Vec3| {
+        let half = |at_rim: bool| if at_rim { 0.5 } else { 1. };
+        100. * half(p.x.abs() > 29.) * half(p.y.abs() > 19.)
+    };
+    // 3 kPa = 0.003 N/mm2, as two pushes that are not along the normal of the surface; one node is spared.
+    let spared = face.skin[7];
+    let (mut pairs, mut forces) = (Vec::new(), Vec::new());
+    for pair in front_pairs(&face, 0.).iter().flat_map(|pair| {
+        let lean = |x: f64| Pair { row: vec![(pair.node, Vec3::new(x, 0., -0.8))], ..pair.clone() };
+        [lean(0.6), lean(-0.6)]
+    }) {
+        forces.push(0.003 * share(face.mesh.points[pair.node]) / 1.6);
+        pairs.push(pair);
+    }
+    let off_the_mucosa = face.supports[0].nodes[3];
+    pairs.push(Pair { node: off_the_mucosa, row: vec![(off_the_mucosa, Vec3::z())], ..pairs[0].clone() });
+    forces.push(1.);
+    let load = face.contact_load(&pairs, &forces);
+    let touched: Vec<usize> = front_pairs(&face, 0.).iter().map(|pair| pair.node).collect();
+    assert!(!touched.contains(&spared) && touched.len() > 10);
+    for (node, pressure) in load.pressure_kpa.iter().enumerate() {
+        let wanted = if touched.contains(&node) { 3. } else { 0. };
+        assert!((pressure - wanted).abs() < 1e-12, "{}: {pressure} kPa", face.mesh.points[node]);
+    }
+}
+
+/// A block whose back moves, before the wall `z >= 12 mm + gap_mm` that stays.
+fn before_wall(gap_mm: f64) -> Face {
+    let mut face = block_face([6, 4, 2]);
+    face.supports[0].bone = "mandible".into();
+    face.mucosa.clone_from(&face.skin);
+    let surface = cuboid(Vec3::new(-60., -50., 12. + gap_mm), Vec3::new(60., 50., 40.));
+    face.teeth = vec![Teeth { upper: true, bone: "skull".into(), surface }];
+    face
+}
+
+#[test]
+fn an_overlap_at_rest_counts_as_touching_from_there_on() {
+    let distances = |gap_mm: f64, forward_mm: f64| {
+        let face = before_wall(gap_mm);
+        let u: Vec<f64> = face.mesh.points.iter().flat_map(|_| [0., 0., forward_mm]).collect();
+        let there = ContactSearch::new(&face, ContactReach::default()).at(&face, &u, &Pose::rest());
+        assert_eq!(there.distances().len(), face.skin.len());
+        there.distances().into_values().collect::<Vec<_>>()
+    };
+    for (gap, forward, wanted) in [
+        (-0.4, 0., 0.),
+        (-0.4, 0.3, -0.3),
+        (-0.4, -0.3, 0.3),
+        (-0.4, -0.9, 0.9),
+        (0.4, 0.3, 0.1),
+        (0.4, 0.5, -0.1),
+    ] {
+        let found = distances(gap, forward);
+        assert!(found.iter().all(|d| (d - wanted).abs() < 1e-12), "{gap} {forward}: {found:?}");
+    }
+    // Pushed into a wall that it overlaps the tissue does what it does before a wall that it just touches.
+    let pressed = |gap_mm: f64| {
+        let face = before_wall(gap_mm);
+        let search = ContactSearch::new(&face, ContactReach::default());
+        let model = Model::new(&face, search.rest().to_vec()).unwrap();
+        let pose = Pose::rest().with("mandible", RigidMotion::translation(Vec3::new(0.7, 0., 1.)));
+        let a = [0.8, 0., 0.5];
+        let settled = model.at_pose(&a, &pose).unwrap().settle(&face, &search, &a, None).unwrap();
+        assert!(settled.settled, "{gap_mm}");
+        (DVector::from_vec(settled.equilibrium.displacement), settled.equilibrium.contact_forces.sum())
+    };
+    let (touching, overlapping) = (pressed(0.), pressed(-0.4));
+    assert!(touching.1 > 0.1, "{} N", touching.1);
+    assert!((touching.0 - overlapping.0).amax() < 1e-9, "the same displacement");
+    assert!((touching.1 / overlapping.1 - 1.).abs() < 1e-9, "{} {}", touching.1, overlapping.1);
 }
