@@ -4,66 +4,18 @@
 mod common;
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use common::block_face::{block_face, front_pairs};
-use common::{add_quad_traction, grid};
-use modiolus::contact::{Facets, Pair, PairKind, Solid, teeth_pairs};
+use common::{
+    add_quad_traction, contact_column as column, contact_response as response, factor, grid, isotropic,
+};
+use modiolus::contact::{Facets, Pair, PairKind, Patch, Solid, teeth_pairs};
 use modiolus::face::standard::{Resolution, standard};
 use modiolus::face::{ContactReach, ContactSearch, Face, Pose, RigidMotion, Teeth};
-use modiolus::forward::{
-    Cholesky, ContactResponse, Element, Model, SparseColumn, Stiffness, SymbolicFactor, contact_forces,
-};
-use modiolus::mesh::{CellKind, Mesh, Surface};
+use modiolus::forward::{Model, SparseColumn, contact_forces};
+use modiolus::mesh::{CellKind, Surface};
 use modiolus::units::Vec3;
-use nalgebra::{DMatrix, DVector, Matrix6};
-
-/// Isotropic stiffness, Voigt with engineering shears.
-fn isotropic(young: f64, poisson: f64) -> Matrix6<f64> {
-    let mu = young / (2. * (1. + poisson));
-    let lambda = 2. * mu * poisson / (1. - 2. * poisson);
-    let mut c = Matrix6::zeros();
-    for i in 0..3 {
-        c[(i, i)] = 2. * mu;
-        c[(i + 3, i + 3)] = mu;
-        for j in 0..3 {
-            c[(i, j)] += lambda;
-        }
-    }
-    c
-}
-
-fn factor(mesh: &Mesh, law: Matrix6<f64>, is_fixed: impl Fn(Vec3, usize) -> bool) -> Cholesky {
-    let mut stiffness = Stiffness::new(mesh.n_nodes(), &mesh.cells, 0);
-    for (index, cell) in mesh.cells.iter().enumerate() {
-        let element = Element::new(cell.kind(), &mesh.cell_points(index).collect::<Vec<_>>()).unwrap();
-        stiffness.add_base(cell.nodes(), &element.stiffness(|_| law));
-    }
-    let values = stiffness.at(&[]);
-    stiffness.finish();
-    let fixed: Vec<bool> =
-        (0..3 * mesh.n_nodes()).map(|dof| is_fixed(mesh.points[dof / 3], dof % 3)).collect();
-    let symbolic = Arc::new(SymbolicFactor::new(stiffness.pattern(), &fixed).unwrap());
-    Cholesky::new(symbolic, &values).unwrap()
-}
-
-fn column(pair: &Pair) -> SparseColumn {
-    pair.row.iter().flat_map(|(n, g)| (0..3).map(move |axis| (3 * n + axis, g[axis]))).collect()
-}
-
-/// The contact rows of `pairs` under one load, whose factor is the only activation.
-fn response(cholesky: &Cholesky, load: &SparseColumn, pairs: &[Pair]) -> ContactResponse {
-    let c = pairs.len();
-    let columns: Vec<SparseColumn> = std::iter::once(load.clone()).chain(pairs.iter().map(column)).collect();
-    let gram = cholesky.gram(&columns);
-    ContactResponse {
-        kinds: pairs.iter().map(|p| p.kind).collect(),
-        gap: DVector::from_iterator(c, pairs.iter().map(|p| p.gap_mm)),
-        approach: gram.view((1, 0), (c, 1)).into_owned(),
-        compliance: gram.view((1, 1), (c, c)).into_owned(),
-        reach: DMatrix::zeros(0, c),
-    }
-}
+use nalgebra::DVector;
 
 /// Two triangles a side, outward.
 fn cuboid(lo: Vec3, hi: Vec3) -> Surface {
@@ -378,4 +330,87 @@ fn an_overlap_at_rest_counts_as_touching_from_there_on() {
     assert!(touching.1 > 0.1, "{} N", touching.1);
     assert!((touching.0 - overlapping.0).amax() < 1e-9, "the same displacement");
     assert!((touching.1 / overlapping.1 - 1.).abs() < 1e-9, "{} {}", touching.1, overlapping.1);
+}
+
+/// Deepest, mm, that a point lies beyond a patch of tissue surface, in what the tissue is fixed to; nothing beside it.
+fn beyond(patch: &Patch, normals: &BTreeMap<usize, Vec3>, p: Vec3) -> f64 {
+    let (site, distance) = patch.project(p).unwrap();
+    let outward: Vec3 = site.weights.iter().map(|(node, w)| *w * normals[node]).sum();
+    let depth = (p - site.position).dot(&outward.normalize());
+    if depth > 0.8 * distance { depth } else { 0. }
+}
+
+#[test]
+fn the_buccinator_presses_the_cheeks_on_teeth_and_gum() {
+    let (face, pairs) = coarse();
+    let points = &face.mesh.points;
+    let corner = face.landmark("cheilion_l").unwrap().site.position;
+    // Behind the corners of the mouth, as far as the mucosa reaches: farther back the tissue is fixed to bone.
+    let back = face.mucosa.iter().map(|&n| points[n].z).fold(0., f64::min);
+    let is_cheek = |p: Vec3| p.x.abs() > corner.x && (back..corner.z).contains(&p.z);
+    let arches: Vec<Solid> = face.teeth.iter().map(|t| Solid::new(&t.surface)).collect();
+    let nearest = |p: Vec3| {
+        let to = arches.iter().map(|arch| arch.project(p).unwrap());
+        to.min_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm)).unwrap()
+    };
+
+    let search = ContactSearch::new(&face, ContactReach::default());
+    let model = Model::new(&face, pairs).unwrap();
+    let a: Vec<f64> =
+        model.muscles().iter().map(|n| f64::from(u8::from(n.starts_with("buccinator")))).collect();
+    let settled = model.at(&a).unwrap().settle(&face, &search, &a, None).unwrap();
+    assert!(settled.settled && settled.penetration_mm <= 1e-2);
+    let (u, forces) = (&settled.equilibrium.displacement, &settled.equilibrium.contact_forces);
+    let moved = |n: usize| points[n] + Vec3::new(u[3 * n], u[3 * n + 1], u[3 * n + 2]);
+
+    // T/R: what the curved fibres load the cheek with, towards the arches.
+    let mut inward = 0.;
+    for muscle in face.muscles.iter().filter(|m| m.name.starts_with("buccinator")) {
+        let tension = muscle.max_force_n / muscle.fibres.len() as f64;
+        for p in muscle.fibres.iter().flat_map(|f| f.points.windows(3)).filter(|p| is_cheek(p[1])) {
+            let turned = (p[2] - p[1]).normalize() - (p[1] - p[0]).normalize();
+            inward -= tension * turned.dot(&nearest(p[1]).normal);
+        }
+    }
+    let (mut side, mut by_arch, mut nodes) = ([0.; 2], BTreeMap::new(), Vec::new());
+    for (pair, &force) in settled.pairs.iter().zip(forces.iter()) {
+        let at = points[pair.node];
+        if force > 0. && pair.kind != PairKind::Lips && is_cheek(at) {
+            // Outward, with its cheek: no node has slipped behind the arch.
+            assert!(pair.normal().dot(&(moved(pair.node) - Vec3::new(0., at.y, -40.))) > 0., "{pair:?}");
+            side[usize::from(at.x < 0.)] += force;
+            *by_arch.entry(pair.kind).or_insert(0.) += force;
+            nodes.push(pair.node);
+        }
+    }
+    nodes.sort_unstable();
+    nodes.dedup();
+    println!("cheeks: T/R {inward:.3} N inward, {:.3} N on the arches: {by_arch:.3?}", side[0] + side[1]);
+    println!("{} of their nodes press", nodes.len());
+    assert!(nodes.len() >= 10 && by_arch.len() == 2, "{by_arch:?}");
+    assert!((side[0] - side[1]).abs() < 0.02 * side[0], "{side:?}");
+    // The tissue, which hangs from skull and mandible, carries the rest of the line load, and all of it until the
+    // gaps are closed; without these more of it is left for the arches.
+    let stiff = model.at(&a).unwrap();
+    let mut closed = stiff.response(&[]).contact.unwrap();
+    closed.gap.fill(0.);
+    let at_once = contact_forces(&closed, &DVector::from_vec(a)).unwrap();
+    let pressing = model.pairs().iter().zip(at_once.iter());
+    let cheeks = pressing.filter(|(p, _)| p.kind != PairKind::Lips && is_cheek(points[p.node]));
+    let [share, most] = [side[0] + side[1], cheeks.map(|(_, f)| f).sum()].map(|n: f64| n / inward);
+    println!("shares of T/R: {share:.3}, {most:.3} without gaps");
+    assert!(0.05 < share && share < most && most < 1., "{share} {most}");
+
+    let (facets, normals) = (Facets::of(&face.mesh), Facets::of(&face.mesh).node_normals(&face.mesh));
+    for support in &face.supports {
+        let bone = Patch::new(&facets.within(&support.nodes), &face.mesh);
+        for &node in &face.mucosa {
+            let depth = beyond(&bone, &normals, moved(node));
+            assert!(depth < 0.05, "{}: {depth} at {:?}", support.bone, points[node]);
+        }
+    }
+    for &node in &face.mucosa {
+        let p = moved(node);
+        assert!((-19. ..18.).contains(&p.y) && p.z > -52., "beyond the rim of an arch: {p:?}");
+    }
 }

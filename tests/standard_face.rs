@@ -482,6 +482,37 @@ fn the_mucosa_lies_just_outside_the_teeth() {
 }
 
 #[test]
+fn teeth_and_gum_stand_behind_all_of_the_mucosa() {
+    for (name, face) in faces() {
+        let held: BTreeSet<usize> = face.supports.iter().flat_map(|s| s.nodes.iter().copied()).collect();
+        let mut nearest: BTreeMap<usize, f64> = BTreeMap::new();
+        for pair in face.contact_pairs(ContactReach::default()) {
+            if pair.tooth.is_some() {
+                let gap = nearest.entry(pair.node).or_insert(f64::INFINITY);
+                *gap = gap.min(pair.gap_mm);
+            }
+        }
+        let extent = |points: &mut dyn Iterator<Item = Vec3>| {
+            let none = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+            points.fold(none, |(lo, hi), p| (lo.inf(&p), hi.sup(&p)))
+        };
+        let (lo, hi) = extent(&mut face.mucosa.iter().map(|&n| face.mesh.points[n]));
+        let [upper, lower] = &face.teeth[..] else { panic!("{name}: two arches") };
+        let [upper, lower] = [upper, lower].map(|t| extent(&mut t.surface.points.iter().copied()));
+        let farthest = nearest.values().copied().fold(0.0, f64::max);
+        println!("{name}: mucosa from {lo:.1?} to {hi:.1?}, at most {farthest:.2} mm from an arch");
+        println!("{name}: arches from {upper:.1?} to {lower:.1?}");
+        assert!(face.mucosa.iter().all(|n| held.contains(n) || nearest.contains_key(n)), "{name}");
+        assert!(farthest < 2.5, "{name}: {farthest}");
+        // It ends in the fornices, before the gum does, and before the molars do.
+        assert!(upper.1.y > hi.y + 1.5 && lower.0.y < lo.y - 1.5, "{name}");
+        assert!(upper.0.z < lo.z - 5.0 && lower.0.z < lo.z - 5.0, "{name}");
+        // Necks of the teeth are a crown from their edges: cheeks reach beyond them, onto the gum.
+        assert!(hi.y > upper.0.y + 10.0 && lo.y < lower.1.y - 10.0, "{name}");
+    }
+}
+
+#[test]
 fn the_arches_do_not_touch() {
     let face = standard(&Resolution::COARSE);
     let [upper, lower] = &face.teeth[..] else { panic!("two arches") };

@@ -5,7 +5,9 @@ pub mod block_face;
 pub mod faces;
 mod grids;
 pub mod piece;
+mod pressed;
 mod random;
 
 pub use grids::{add_quad_traction, cell_displacements, grid, solve, solve_with};
+pub use pressed::{contact_column, contact_response, factor, isotropic};
 pub use random::Random;
