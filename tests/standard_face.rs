@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use modiolus::contact::Solid;
 use modiolus::face::standard::{Parameters, Resolution, parametric, standard};
 use modiolus::face::{ContactReach, Face, Muscle};
 use modiolus::forward::Model;
@@ -452,6 +453,24 @@ fn signed_distance(p: Vec3, surface: &Surface) -> f64 {
         winding += 2.0 * a.dot(&b.cross(&c)).atan2(below);
     }
     if winding > 2.0 * std::f64::consts::PI { -distance } else { distance }
+}
+
+#[test]
+fn the_ends_of_the_arches_tell_inside_from_outside() {
+    for teeth in standard(&Resolution::COARSE).teeth {
+        let solid = Solid::new(&teeth.surface);
+        let (mut inside, mut wrong) = (0, Vec::new());
+        for k in 0..25 * 15 * 15 {
+            let [i, j, l] = [k % 25, k / 25 % 15, k / 375].map(f64::from);
+            let p = Vec3::new(-48.3 + 4.0 * i, -20.6 + 2.9 * j, -80.4 + 2.5 * l);
+            let distance = solid.project(p).map_or(f64::NAN, |at| at.distance_mm);
+            inside += usize::from(distance < 0.0);
+            if (distance < 0.0) != (signed_distance(p, &teeth.surface) < 0.0) {
+                wrong.push((p, distance));
+            }
+        }
+        assert!(inside > 10 && wrong.is_empty(), "{inside} inside, {}: {:.2?}", wrong.len(), wrong.first());
+    }
 }
 
 #[test]

@@ -188,8 +188,16 @@ fn band(arch: &Arch, upper: bool) -> Surface {
                 push(q[0], q[2], q[3]);
             }
         }
-        for j in 1..n - 1 {
-            push(id(stations, 0, left), id(stations, j + 1, left), id(stations, j, left));
+        // About its middle: the groove leaves the end's rim hollow, and a fan from the rim folds there.
+        let rim: Vec<usize> = (0..n).map(|j| id(stations, j, left)).collect();
+        let hub = surface.points.len();
+        surface.points.push(rim.iter().map(|&v| surface.points[v]).sum::<Vec3>() / n as f64);
+        for j in 0..n {
+            surface.triangles.push(if left {
+                [hub, rim[(j + 1) % n], rim[j]]
+            } else {
+                [hub, rim[j], rim[(j + 1) % n]]
+            });
         }
     }
     surface
