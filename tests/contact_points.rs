@@ -6,8 +6,10 @@ mod common;
 use std::time::Instant;
 
 use common::{add_quad_traction, contact_response, factor, grid, isotropic};
-use modiolus::contact::{Facets, Pair, PairKind};
-use modiolus::forward::{Cholesky, SparseColumn, contact_forces};
+use modiolus::contact::{Facets, Pair, PairKind, Solid};
+use modiolus::face::standard::{Resolution, standard};
+use modiolus::face::{ContactReach, ContactSearch};
+use modiolus::forward::{Cholesky, Model, SparseColumn, contact_forces};
 use modiolus::mesh::{CellKind, Mesh};
 use modiolus::units::Vec3;
 use nalgebra::{DMatrix, DVector};
@@ -319,4 +321,41 @@ fn a_plane_wall_is_met_with_uniform_pressure() {
         assert_eq!(is_uniform(&middle), distortion == 0., "{middle:?}");
         assert!(distortion == 0. || middle.nodal_pressure > 0.01 && middle.displacement > 0.1, "{middle:?}");
     }
+}
+
+#[test]
+fn between_nodes_a_finer_face_overlaps_its_teeth_less() {
+    let mut deep_shares = Vec::new();
+    for (name, resolution) in [("coarse", Resolution::COARSE), ("standard", Resolution::STANDARD)] {
+        let face = standard(&resolution);
+        let search = ContactSearch::new(&face, ContactReach::default());
+        let model = Model::new(&face, search.rest().to_vec()).unwrap();
+        let is_on = |n: &String| f64::from(u8::from(n.starts_with("buccinator")));
+        let a: Vec<f64> = model.muscles().iter().map(is_on).collect();
+        let settled = model.at(&a).unwrap().settle(&face, &search, &a, None).unwrap();
+        let u = &settled.equilibrium.displacement;
+        let mut moved = face.mesh.clone();
+        for (node, p) in moved.points.iter_mut().enumerate() {
+            *p += Vec3::new(u[3 * node], u[3 * node + 1], u[3 * node + 2]);
+        }
+        let arches: Vec<Solid> = face.teeth.iter().map(|t| Solid::new(&t.surface)).collect();
+        let depth = |p: Vec3| arches.iter().map(|s| -s.project(p).unwrap().distance_mm).fold(0., f64::max);
+        let mucosa = Facets::of(&face.mesh).within(&face.mucosa);
+        let depths: Vec<f64> =
+            points(&moved, &mucosa, Rule::Gauss).iter().map(|point| depth(point.at)).collect();
+        let at_nodes = face.mucosa.iter().map(|&n| depth(moved.points[n])).fold(0., f64::max);
+        let share = depths.iter().filter(|d| **d > 0.1).count() as f64 / depths.len() as f64;
+        println!(
+            "{name}: {} mucosa nodes at most {at_nodes:.4} mm deep; {} Gauss points, {:.1} % deeper than 0.1 mm, at most {:.2} mm",
+            face.mucosa.len(),
+            depths.len(),
+            100. * share,
+            depths.iter().copied().fold(0., f64::max)
+        );
+        assert!(settled.settled && at_nodes <= 0.01, "{at_nodes}");
+        assert!(depths.len() > 3 * face.mucosa.len());
+        deep_shares.push(share);
+    }
+    // A facet does not bend round the edge of a tooth; a smaller one has less to bend.
+    assert!(deep_shares[1] < 0.5 * deep_shares[0] && deep_shares[1] < 0.06, "{deep_shares:?}");
 }
