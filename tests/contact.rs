@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use modiolus::contact::{Facets, Pair, PairKind, Solid, lip_pairs, teeth_pairs};
+use modiolus::contact::{Facets, Lip, Pair, PairKind, Solid, teeth_pairs};
 use modiolus::mesh::{Cell, CellKind, Mesh, Surface};
 use modiolus::units::Vec3;
 
@@ -158,11 +158,26 @@ fn lips(nx: usize, gap: f64, bend: impl Fn(f64) -> f64) -> (Mesh, Vec<usize>, Ve
     (Mesh::new(points, cells), upper, lower)
 }
 
+fn lip_pairs(mesh: &Mesh, upper: &[usize], lower: &[usize], cutoff_mm: f64) -> Vec<Pair> {
+    lip_planes(mesh, upper, lower, cutoff_mm, None)
+}
+
+fn lip_planes(
+    mesh: &Mesh,
+    upper: &[usize],
+    lower: &[usize],
+    cutoff_mm: f64,
+    near_mm: Option<f64>,
+) -> Vec<Pair> {
+    let facets = Facets::of(mesh);
+    let lips = Lip::both(mesh, &facets, upper, lower);
+    modiolus::contact::lip_pairs(mesh, &facets, &lips, cutoff_mm, near_mm)
+}
+
 #[test]
 fn lips_meet_face_to_face_and_nowhere_else() {
     let (mesh, upper, lower) = lips(3, 0.7, |_| 0.);
-    let facets = Facets::of(&mesh);
-    let pairs = lip_pairs(&mesh, &facets, &upper, &lower, 3., None);
+    let pairs = lip_pairs(&mesh, &upper, &lower, 3.);
     assert_eq!(pairs.len(), 24, "the twelve nodes of either facing side");
     for pair in &pairs {
         assert!((pair.gap_mm - 0.7).abs() < 1e-12, "{pair:?}");
@@ -171,13 +186,47 @@ fn lips_meet_face_to_face_and_nowhere_else() {
         assert!((own - Vec3::new(0., up, 0.)).norm() < 1e-12);
         assert!(pair.row.iter().map(|r| r.1).sum::<Vec3>().norm() < 1e-12, "a pair is in balance: {pair:?}");
     }
-    assert!(lip_pairs(&mesh, &facets, &upper, &lower, 0.6, None).is_empty());
+    assert!(lip_pairs(&mesh, &upper, &lower, 0.6).is_empty());
+}
+
+#[test]
+fn a_lip_meets_what_lies_around_the_nodes_of_the_other_one() {
+    // Of the lower plate only the cell in the middle is lip; its neighbours begin 1 mm beside its nodes and end at
+    // 7 mm, beyond the 6 mm to which they are met.
+    let (mesh, upper, all_lower) = lips(7, 0.7, |_| 0.);
+    let lower: Vec<usize> =
+        all_lower.iter().copied().filter(|&node| mesh.points[node].x.abs() <= 1.).collect();
+    let pairs = lip_pairs(&mesh, &upper, &lower, 3.);
+    let met = |x: f64| pairs.iter().any(|p| upper.contains(&p.node) && mesh.points[p.node].x == x);
+    assert!([-7., -5., -3., -1., 1., 3., 5., 7.].map(met).iter().all(|met| *met), "{pairs:?}");
+    let (mesh, upper, all_lower) = lips(9, 0.7, |_| 0.);
+    let lower: Vec<usize> =
+        all_lower.iter().copied().filter(|&node| mesh.points[node].x.abs() <= 1.).collect();
+    let pairs = lip_pairs(&mesh, &upper, &lower, 1.5);
+    let met = |x: f64| pairs.iter().any(|p| upper.contains(&p.node) && mesh.points[p.node].x == x);
+    assert!(met(7.) && met(-7.) && !met(9.) && !met(-9.), "{pairs:?}");
+    // Only the nodes of a lip meet the other one.
+    assert!(pairs.iter().all(|p| upper.contains(&p.node) || lower.contains(&p.node)));
+}
+
+#[test]
+fn the_far_side_of_the_other_lip_is_no_overlap() {
+    // Lips as plates 1 mm thick with 0.7 mm between them. The upper side of the upper one faces away from the lower
+    // one, whose lower side faces it from behind, 2.7 mm away through both.
+    let (mesh, upper, lower) = lips(3, 0.7, |_| 0.);
+    let pairs = lip_pairs(&mesh, &upper, &lower, 5.);
+    assert!(pairs.iter().all(|pair| pair.rest_overlap_mm == 0.), "{pairs:?}");
+    assert_eq!(pairs.len(), 24, "the outer sides meet nothing");
+    // Really inside by more than the depth that the closest facet decides: 0.8 of the plate's 1 mm.
+    let (mesh, upper, lower) = lips(3, -0.8, |_| 0.);
+    let deep = lip_pairs(&mesh, &upper, &lower, 3.);
+    assert!(deep.iter().any(|pair| (pair.rest_overlap_mm - 0.8).abs() < 1e-12), "{deep:?}");
 }
 
 #[test]
 fn crossed_lips_touch_and_keep_their_depth() {
     let (mesh, upper, lower) = lips(2, -0.2, |_| 0.);
-    let pairs = lip_pairs(&mesh, &Facets::of(&mesh), &upper, &lower, 3., None);
+    let pairs = lip_pairs(&mesh, &upper, &lower, 3.);
     assert_eq!(pairs.len(), 18);
     for pair in &pairs {
         assert!(pair.gap_mm == 0. && (pair.rest_overlap_mm - 0.2).abs() < 1e-12, "{pair:?}");
@@ -191,13 +240,12 @@ fn a_node_in_a_groove_of_the_other_lip_meets_both_flanks() {
     // The lower lip's upper side is y = |x|, the upper lip's lower side 3 mm above it but for one node that has
     // come down between the flanks.
     let (mut mesh, upper, lower) = lips(4, 3., f64::abs);
-    let facets = Facets::of(&mesh);
     let in_row = |p: &Vec3| p.x == 0. && p.y == 3. && p.z == 1.;
     let node = *upper.iter().find(|&&n| in_row(&mesh.points[n])).unwrap();
     let slope = 0.5f64.sqrt();
     for p in [Vec3::new(0.1, 0.7, 0.9), Vec3::new(-0.3, 0.5, 1.2)] {
         mesh.points[node] = p;
-        let pairs = lip_pairs(&mesh, &facets, &upper, &lower, 5., Some(1.5));
+        let pairs = lip_planes(&mesh, &upper, &lower, 5., Some(1.5));
         let own: Vec<&Pair> = pairs.iter().filter(|pair| pair.node == node).collect();
         for flank in [Vec3::new(-slope, slope, 0.), Vec3::new(slope, slope, 0.)] {
             let met = own.iter().find(|pair| (pair.normal() - flank).norm() < 1e-9);
@@ -215,10 +263,10 @@ fn a_node_in_a_groove_of_the_other_lip_meets_both_flanks() {
 fn the_gap_of_a_lip_pair_falls_with_the_displacement_as_its_row_says() {
     let (mesh, upper, lower) = lips(3, 0.7, |x| 0.05 * x * x);
     let gaps = |mesh: &Mesh| -> BTreeMap<usize, f64> {
-        let pairs = lip_pairs(mesh, &Facets::of(mesh), &upper, &lower, 3., None);
+        let pairs = lip_pairs(mesh, &upper, &lower, 3.);
         pairs.iter().map(|p| (p.node, p.gap_mm)).collect()
     };
-    let pairs = lip_pairs(&mesh, &Facets::of(&mesh), &upper, &lower, 3., None);
+    let pairs = lip_pairs(&mesh, &upper, &lower, 3.);
     let (h, before) = (1e-6, gaps(&mesh));
     let mut checked = 0;
     for pair in &pairs {
@@ -238,14 +286,13 @@ fn mirrored_lips_have_mirrored_pairs() {
     // A bend with its valley on the mid-plane: nodes there tie between the left and the right.
     for bend in [0.6, -0.6] {
         let (mesh, upper, lower) = lips(4, 0.9, |x| bend * x * x);
-        let facets = Facets::of(&mesh);
         let mirror: BTreeMap<usize, usize> = (0..mesh.n_nodes())
             .map(|a| {
                 let q = mesh.points[a].component_mul(&Vec3::new(-1., 1., 1.));
                 (a, (0..mesh.n_nodes()).find(|b| (mesh.points[*b] - q).norm() < 1e-12).unwrap())
             })
             .collect();
-        let pairs = lip_pairs(&mesh, &facets, &upper, &lower, 5., None);
+        let pairs = lip_pairs(&mesh, &upper, &lower, 5.);
         let find = |node: usize| -> &Pair { pairs.iter().find(|p| p.node == node).unwrap() };
         let mut ties = 0;
         for pair in &pairs {

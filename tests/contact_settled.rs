@@ -9,7 +9,7 @@ use common::block_face::{block_face, jaw_block};
 use modiolus::contact::{Pair, PairKind, Solid, teeth_planes};
 use modiolus::face::standard::{Resolution, standard};
 use modiolus::face::{ContactReach, ContactSearch, Landmark, Pose, RigidMotion, Teeth};
-use modiolus::forward::{ContactResponse, Model, contact_forces};
+use modiolus::forward::{ContactResponse, Deformation, Model, contact_forces};
 use modiolus::inverse::{
     ActivatedProblem, ContactFit, ContactMode, Goal, JawOpening, Marker, Observations, Place, Status, Target,
     Warning,
@@ -255,6 +255,20 @@ fn strong_muscles_settle_on_the_surfaces_of_the_deformed_face() {
         let again = model.at(&a).unwrap().settle(&face, &search, &a, Some(u)).unwrap();
         assert!(again.settled, "{muscles}");
     }
+}
+
+#[test]
+fn pursed_lips_slide_past_the_rim_of_the_other_lip_and_are_held_there() {
+    let face = standard(&Resolution::STANDARD);
+    let search = ContactSearch::new(&face, ContactReach::default());
+    let model = Model::new(&face, search.rest().to_vec()).unwrap();
+    let a: Vec<f64> =
+        model.muscles().iter().map(|n| if n == "orbicularis_oris_peripheralis" { 0.3 } else { 0. }).collect();
+    let settled = model.at(&a).unwrap().settle(&face, &search, &a, None).unwrap();
+    println!("{} rounds, overlap {:.4} mm", settled.rounds, settled.penetration_mm);
+    assert!(settled.settled, "{} rounds, overlap {} mm", settled.rounds, settled.penetration_mm);
+    let deformation = Deformation::of(&face.mesh, &settled.equilibrium.displacement);
+    assert_eq!(deformation.inverted_cells, 0, "{deformation:?}");
 }
 
 #[test]

@@ -34,9 +34,9 @@ pub(crate) fn tell_load(json: &mut ContactJson, load: &ContactLoad) {
 }
 
 /// The warning about a field that linear elasticity does not describe.
-pub(crate) fn beyond_linear(d: &Deformation) -> String {
+pub(crate) fn beyond_linear(d: &Deformation) -> Vec<String> {
     let at = |p: Vec3| format!("({:.0}, {:.0}, {:.0}) mm", p.x, p.y, p.z);
-    format!(
+    let large = format!(
         "{:.0} per cent of the tissue strains by more than 0.1 or turns by more than 10 degrees, where linear \
          elasticity ends (at most {:.2} at {} and {:.0} degrees at {}): read directions and proportions rather than \
          millimetres there, or ask for less movement",
@@ -45,7 +45,15 @@ pub(crate) fn beyond_linear(d: &Deformation) -> String {
         at(d.strain_at),
         d.rotation_deg,
         at(d.rotation_at)
-    )
+    );
+    let inverted = format!(
+        "{} cells of the mesh are turned inside out (most about {}): linear elasticity has no state for the tissue \
+         there, so that its contacts cannot settle; ask for less activation of the muscles that gather it",
+        d.inverted_cells,
+        at(d.inverted_at)
+    );
+    let told = [(!d.is_small()).then_some(large), (d.inverted_cells > 0).then_some(inverted)];
+    told.into_iter().flatten().collect()
 }
 
 /// Writes `solution.json` and `face.vtu` to the folder `out`; returns the text for stdout.

@@ -197,7 +197,7 @@ fn solution_json(
     warnings.extend(solution.warnings.iter().filter(told).map(|w| format!("{w}: {}", w.remedy())));
     let jaw = pose(&loaded.face, solution.jaw_opening_mm);
     warnings.extend(jaw.large_turns().iter().map(ToString::to_string));
-    warnings.extend(deformation.filter(|d| !d.is_small()).map(beyond_linear));
+    warnings.extend(deformation.map(beyond_linear).into_iter().flatten());
     let is_default =
         options.common.stiffness == Stiffness::Activated && options.contact == ContactMode::Reactions;
     let observed = solution.markers.iter().any(|m| m.residual_mm.is_some());

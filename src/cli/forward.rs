@@ -94,7 +94,7 @@ pub(crate) fn forward_json(
     let (face, u) = (&loaded.face, &state.displacement);
     let deformation = Deformation::of(&face.mesh, u);
     let mut warnings = state.warnings.clone();
-    warnings.extend((!deformation.is_small()).then(|| beyond_linear(&deformation)));
+    warnings.extend(beyond_linear(&deformation));
     let landmark = |name: &str, site: &Site| MarkerJson {
         name: name.to_owned(),
         target_mm: [None; 3],
@@ -131,6 +131,6 @@ pub(crate) fn forward_json(
 pub(crate) fn unsettled(overlap_mm: f64) -> String {
     format!(
         "the gaps did not settle where the tissue went: it overlaps teeth or the other lip by {overlap_mm:.1} mm more \
-         than at rest; ask for less activation"
+         than at rest; ask for less movement"
     )
 }

@@ -1,6 +1,6 @@
 //! The outer facets of a volume mesh and the normals of its nodes.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use super::nearest::{Hit, Nearest};
 use crate::mesh::{Mesh, Site, Surface, boundary_facets};
@@ -29,6 +29,37 @@ impl Facets {
         let nodes: HashSet<usize> = nodes.iter().copied().collect();
         let corners = self.corners.iter().filter(|f| f.iter().all(|v| nodes.contains(v))).cloned().collect();
         Self { corners }
+    }
+
+    /// `nodes` and those no farther than `reach_mm` from one of them along the edges of facets, on ways that touch
+    /// none of `barred`; 0-based, ascending.
+    pub fn around(
+        &self,
+        mesh: &Mesh,
+        nodes: &BTreeSet<usize>,
+        barred: &BTreeSet<usize>,
+        reach_mm: f64,
+    ) -> Vec<usize> {
+        let mut way: BTreeMap<usize, f64> = nodes.iter().map(|&node| (node, 0.)).collect();
+        loop {
+            let mut shorter = false;
+            for facet in &self.corners {
+                for (k, &from) in facet.iter().enumerate() {
+                    for to in [facet[(k + 1) % facet.len()], facet[(k + facet.len() - 1) % facet.len()]] {
+                        let Some(walked) = way.get(&from) else { continue };
+                        let walked = walked + (mesh.points[to] - mesh.points[from]).norm();
+                        let is_shorter = way.get(&to).is_none_or(|known| walked < *known);
+                        if walked <= reach_mm && is_shorter && !barred.contains(&to) {
+                            way.insert(to, walked);
+                            shorter = true;
+                        }
+                    }
+                }
+            }
+            if !shorter {
+                return way.into_keys().collect();
+            }
+        }
     }
 
     /// Number of facets.

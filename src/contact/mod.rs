@@ -13,7 +13,7 @@ mod teeth_error;
 pub use closed_surface::closed_surface;
 pub use closest::{Feature, TrianglePoint, closest_on_triangle};
 pub use facet::{Facets, Patch};
-pub use lips::lip_pairs;
+pub use lips::{Lip, lip_pairs};
 pub use pair::{Pair, PairKind, ToothPoint};
 pub use solid::{Projection, Solid};
 pub use teeth::{teeth_pairs, teeth_planes};

@@ -179,6 +179,11 @@ impl Nearest {
         counts[1]
     }
 
+    /// Whether `p` lies on the outward side of the plane of `triangle`.
+    pub(super) fn is_before(&self, p: Vec3, triangle: usize) -> bool {
+        (p - self.corners(triangle)[0]).dot(&self.face_normals[triangle]) >= 0.
+    }
+
     /// A point just outside the middle of `triangle`.
     pub(super) fn just_outside(&self, triangle: usize) -> Vec3 {
         let [a, b, c] = self.corners(triangle);

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Face, Pose};
-use crate::contact::{Facets, Pair, PairKind, Solid, lip_pairs, teeth_pairs, teeth_planes};
+use crate::contact::{Facets, Lip, Pair, PairKind, Solid, lip_pairs, teeth_pairs, teeth_planes};
 use crate::mesh::Mesh;
 use crate::units::Vec3;
 
@@ -48,6 +48,7 @@ pub struct ContactSearch {
     reach: ContactReach,
     /// The tooth surfaces at rest, upper before lower, with their place among the face's.
     teeth: Vec<(PairKind, usize, Solid)>,
+    lips: [Lip; 2],
     facets: Facets,
     fixed: BTreeSet<usize>,
     mucosa: Vec<usize>,
@@ -89,10 +90,12 @@ impl ContactSearch {
             .into_iter()
             .flat_map(|upper| face.teeth.iter().enumerate().filter(move |(_, t)| t.upper == upper));
         let fixed: BTreeSet<usize> = face.supports.iter().flat_map(|s| s.nodes.iter().copied()).collect();
+        let facets = Facets::of(&face.mesh);
         let mut search = Self {
             reach,
             teeth: arches.map(|(k, t)| (kind(t.upper), k, Solid::new(&t.surface))).collect(),
-            facets: Facets::of(&face.mesh),
+            lips: Lip::both(&face.mesh, &facets, &face.upper_lip, &face.lower_lip),
+            facets,
             mucosa: face.mucosa.iter().filter(|node| !fixed.contains(node)).copied().collect(),
             fixed,
             rest: Vec::new(),
@@ -108,9 +111,9 @@ impl ContactSearch {
     }
 
     /// The nodes (0-based, ascending) that may touch something or be touched.
-    pub fn nodes(&self, face: &Face) -> Vec<usize> {
-        let all = self.mucosa.iter().chain(&face.upper_lip).chain(&face.lower_lip);
-        all.filter(|node| !self.fixed.contains(node)).copied().collect::<BTreeSet<_>>().into_iter().collect()
+    pub fn nodes(&self) -> Vec<usize> {
+        let all = self.mucosa.iter().copied().chain(self.lips.iter().flat_map(Lip::touched));
+        all.filter(|node| !self.fixed.contains(node)).collect::<BTreeSet<_>>().into_iter().collect()
     }
 
     /// The candidates where the tissue has moved by `u` (3n, node-major xyz, mm) and the teeth with their bones by
@@ -159,8 +162,7 @@ impl ContactSearch {
             }
             pairs.extend(found);
         }
-        let lips =
-            lip_pairs(mesh, &self.facets, &face.upper_lip, &face.lower_lip, self.reach.lips_mm, near_mm);
+        let lips = lip_pairs(mesh, &self.facets, &self.lips, self.reach.lips_mm, near_mm);
         pairs.extend(lips.into_iter().filter(|pair| !self.fixed.contains(&pair.node)));
         pairs
     }

@@ -27,6 +27,10 @@ pub struct Deformation {
     /// Share of the volume out of the range of linear elasticity: strain above 0.1 or rotation above
     /// 10 degrees.
     pub beyond_share: f64,
+    /// Cells that it turns inside out at some integration point: `det(I + H) <= 0`.
+    pub inverted_cells: usize,
+    /// Where `det(I + H)` is least, at rest, mm.
+    pub inverted_at: Vec3,
 }
 
 impl Deformation {
@@ -44,8 +48,9 @@ impl Deformation {
         };
         // Collected in order before it is joined: sums and ties are the same for any thread count.
         let cells: Vec<Option<Tally>> = (0..mesh.cells.len()).into_par_iter().map(in_cell).collect();
+        let inverted_cells = cells.iter().flatten().filter(|cell| cell.least_det <= 0.).count();
         let Some(all) = cells.into_iter().flatten().reduce(Tally::join) else { return Self::default() };
-        Self { beyond_share: all.beyond / all.volume, ..all.worst }
+        Self { beyond_share: all.beyond / all.volume, inverted_cells, ..all.worst }
     }
 
     /// Whether linear elasticity describes it everywhere.
@@ -60,6 +65,8 @@ struct Tally {
     worst: Deformation,
     volume: f64,
     beyond: f64,
+    /// Least `det(I + H)`.
+    least_det: f64,
 }
 
 impl Tally {
@@ -71,10 +78,12 @@ impl Tally {
             strain_at: point.position,
             rotation_deg: axis.norm().to_degrees(),
             rotation_at: point.position,
-            beyond_share: 0.,
+            inverted_at: point.position,
+            ..Deformation::default()
         };
         let beyond = if worst.is_small() { 0. } else { point.volume };
-        Self { worst, volume: point.volume, beyond }
+        let least_det = (Matrix3::identity() + gradient).determinant();
+        Self { worst, volume: point.volume, beyond, least_det }
     }
 
     fn join(self, other: Self) -> Self {
@@ -85,7 +94,15 @@ impl Tally {
         if other.worst.rotation_deg > worst.rotation_deg {
             (worst.rotation_deg, worst.rotation_at) = (other.worst.rotation_deg, other.worst.rotation_at);
         }
-        Self { worst, volume: self.volume + other.volume, beyond: self.beyond + other.beyond }
+        if other.least_det < self.least_det {
+            worst.inverted_at = other.worst.inverted_at;
+        }
+        Self {
+            worst,
+            volume: self.volume + other.volume,
+            beyond: self.beyond + other.beyond,
+            least_det: self.least_det.min(other.least_det),
+        }
     }
 }
 
@@ -94,14 +111,19 @@ mod tests {
     use super::*;
     use crate::mesh::{Cell, CellKind};
 
-    #[test]
-    fn stretch_and_spin_are_told_apart_and_weighed_by_volume() {
-        // Two unit cubes side by side: the right one is stretched by 0.3 and turned by 0.05 rad.
+    /// Unit cubes side by side.
+    fn two_cubes() -> Mesh {
         let points: Vec<Vec3> =
             (0..12).map(|i| Vec3::new(f64::from(i % 3), f64::from(i / 3 % 2), f64::from(i / 6))).collect();
         let hex =
             |x: usize| Cell::new(CellKind::Hex8, &[x, x + 1, x + 4, x + 3, x + 6, x + 7, x + 10, x + 9]);
-        let mesh = Mesh::new(points, vec![hex(0), hex(1)]);
+        Mesh::new(points, vec![hex(0), hex(1)])
+    }
+
+    #[test]
+    fn stretch_and_spin_are_told_apart_and_weighed_by_volume() {
+        // The right cube is stretched by 0.3 and turned by 0.05 rad.
+        let mesh = two_cubes();
         let u: Vec<f64> =
             mesh.points.iter().flat_map(|p| if p.x > 1.5 { [0.3, 0., 0.] } else { [0., 0., 0.] }).collect();
         let stretched = Deformation::of(&mesh, &u);
@@ -114,6 +136,19 @@ mod tests {
             (turned.rotation_deg - 0.05f64.to_degrees()).abs() < 1e-9 && turned.strain < 1e-12,
             "{turned:?}"
         );
-        assert!(turned.is_small() && turned.beyond_share == 0.);
+        assert!(turned.is_small() && turned.beyond_share == 0. && turned.inverted_cells == 0);
+    }
+
+    #[test]
+    fn a_cell_pushed_through_itself_is_inside_out() {
+        let mesh = two_cubes();
+        // The far side of the right cell comes back by 0.9 or 1.1 of its width.
+        for (back, inverted_cells) in [(0.9, 0), (1.1, 1)] {
+            let u: Vec<f64> =
+                mesh.points.iter().flat_map(|p| [if p.x > 1.5 { -back } else { 0. }, 0., 0.]).collect();
+            let found = Deformation::of(&mesh, &u);
+            assert_eq!(found.inverted_cells, inverted_cells, "{found:?}");
+            assert!(found.inverted_at.x > 1., "{found:?}");
+        }
     }
 }

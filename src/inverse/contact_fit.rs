@@ -20,8 +20,8 @@ const TOUCHING_MM: f64 = 1e-2;
 /// (0.4 mm).
 const BEARABLE_MM: f64 = 0.1;
 /// Largest change of an activation from one linearisation to the next when the activations stay: where a whole one
-/// moves a point by 10 mm, this moves it by the 0.05 mm up to which surfaces press.
-const SAME: f64 = 5e-3;
+/// moves a point by 10 mm, this moves it by the 0.01 mm that counts as none.
+const SAME: f64 = 1e-3;
 /// Of what the last linearisation changed, the share to which the next is fitted before the contacts stay,
 const ROUGHLY: f64 = 0.1;
 /// at least and at most.

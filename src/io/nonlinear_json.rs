@@ -85,6 +85,10 @@ pub struct DeformationJson {
     /// Share of the volume where strain is above 0.1 or rotation above 10 degrees, out of the range of
     /// linear elasticity.
     pub beyond_share: f64,
+    /// Cells that are turned inside out: where there are any, the answer means nothing about them.
+    pub inverted_cells: usize,
+    /// Where most, at rest, mm; null without such cells.
+    pub inverted_at_mm: Option<[f64; 3]>,
 }
 
 impl From<&Deformation> for DeformationJson {
@@ -95,6 +99,8 @@ impl From<&Deformation> for DeformationJson {
             rotation_deg: deformation.rotation_deg,
             rotation_at_mm: deformation.rotation_at.into(),
             beyond_share: deformation.beyond_share,
+            inverted_cells: deformation.inverted_cells,
+            inverted_at_mm: (deformation.inverted_cells > 0).then(|| deformation.inverted_at.into()),
         }
     }
 }
