@@ -217,8 +217,9 @@ fn the_far_side_of_the_other_lip_is_no_overlap() {
     let pairs = lip_pairs(&mesh, &upper, &lower, 5.);
     assert!(pairs.iter().all(|pair| pair.rest_overlap_mm == 0.), "{pairs:?}");
     assert_eq!(pairs.len(), 24, "the outer sides meet nothing");
-    // Really inside by more than the depth that the closest facet decides: 0.8 of the plate's 1 mm.
-    let (mesh, upper, lower) = lips(3, -0.8, |_| 0.);
+    // Really inside, by more than the depth that the closest facet decides: 0.8 mm of plates 4 mm thick.
+    let (mut mesh, upper, lower) = lips(3, -0.2, |_| 0.);
+    mesh.points.iter_mut().for_each(|p| *p *= 4.);
     let deep = lip_pairs(&mesh, &upper, &lower, 3.);
     assert!(deep.iter().any(|pair| (pair.rest_overlap_mm - 0.8).abs() < 1e-12), "{deep:?}");
 }

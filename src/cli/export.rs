@@ -48,7 +48,7 @@ pub(crate) fn beyond_linear(d: &Deformation) -> Vec<String> {
     );
     let inverted = format!(
         "{} cells of the mesh are turned inside out (most about {}): linear elasticity has no state for the tissue \
-         there, so that its contacts cannot settle; ask for less activation of the muscles that gather it",
+         there, and contact with it may not settle; ask for less activation of the muscles that gather it",
         d.inverted_cells,
         at(d.inverted_at)
     );

@@ -19,8 +19,9 @@ const BEFORE: f64 = 0.5;
 
 /// Depth, mm, up to which the closest part of a lip tells whether a node is inside it.
 const SHALLOW_MM: f64 = 0.5;
-/// What a node is lifted off its own tissue, mm, to ask what it is inside of.
-const LIFT_MM: f64 = 0.05;
+/// What a node is lifted off its own tissue, mm, to ask what it is inside of: more than folds of its own surface,
+/// less than a lip is thick.
+const LIFT_MM: f64 = 0.5;
 
 /// How far beyond its nodes the surface of a lip is met, mm: a lip that slides past the rim of the other, or into
 /// the corner of the mouth, presses on what lies there.
@@ -61,8 +62,8 @@ impl Lip {
 /// equally, so that a mirror-symmetric face has mirror-symmetric pairs. Nodes farther than
 /// `cutoff_mm`, beside the other lip, or facing away have none. Overlaps are looked for no deeper
 /// than `cutoff_mm`, and inside of what `facets`, the outside of the mesh, winds round: the back of a lip also faces
-/// the back of the other one, through both. A moved node within `near_mm` of the other lip has further pairs, with its other feet on it
-/// and with the facets that adjoin these, as of [teeth](super::Solid::planes). Nodes are 0-based.
+/// the back of the other one, through both. A moved node within `near_mm` of the other lip has further pairs, with
+/// its other feet on it and with the facets that adjoin these, as of [teeth](super::Solid::planes). Nodes are 0-based.
 pub fn lip_pairs(
     mesh: &Mesh,
     facets: &Facets,
@@ -140,6 +141,7 @@ fn planes(p: Vec3, tissue: Vec3, first: &Pair, patch: &Patch, reach: f64) -> Vec
     pairs
 }
 
+/// The pair of the node at `p` with its closest point before it, if it has one.
 fn one(
     p: Vec3,
     node: usize,
