@@ -1,22 +1,14 @@
 //! Contact: distances in every nearest-feature region, ways out of a solid, pairs and their symmetry.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
 
+mod common;
+
 use std::collections::BTreeMap;
 
+use common::cuboid;
 use modiolus::contact::{Facets, Lip, Pair, PairKind, Solid, teeth_pairs};
 use modiolus::mesh::{Cell, CellKind, Mesh, Surface};
 use modiolus::units::Vec3;
-
-/// The box `lo..hi`, two triangles a side, outward.
-fn cuboid(lo: Vec3, hi: Vec3) -> Surface {
-    let at = |k: usize| {
-        let pick = |axis: usize| if k >> axis & 1 == 1 { hi[axis] } else { lo[axis] };
-        Vec3::new(pick(0), pick(1), pick(2))
-    };
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    Surface { points: (0..8).map(at).collect(), triangles }
-}
 
 fn union(parts: &[Surface]) -> Surface {
     let mut all = Surface::default();

@@ -7,23 +7,16 @@ use std::collections::BTreeMap;
 
 use common::block_face::{block_face, front_pairs};
 use common::{
-    add_quad_traction, contact_column as column, contact_response as response, factor, grid, isotropic,
+    add_quad_traction, contact_column as column, contact_response as response, cuboid, factor, grid,
+    isotropic,
 };
 use modiolus::contact::{Facets, Pair, PairKind, Patch, Solid, teeth_pairs};
 use modiolus::face::standard::{Resolution, standard};
 use modiolus::face::{ContactReach, ContactSearch, Face, Pose, RigidMotion, Teeth};
 use modiolus::forward::{Model, SparseColumn, contact_forces};
-use modiolus::mesh::{CellKind, Surface};
+use modiolus::mesh::CellKind;
 use modiolus::units::Vec3;
 use nalgebra::DVector;
-
-/// Two triangles a side, outward.
-fn cuboid(lo: Vec3, hi: Vec3) -> Surface {
-    let at = |k: usize| Vec3::from_fn(|axis, _| if k >> axis & 1 == 1 { hi[axis] } else { lo[axis] });
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    Surface { points: (0..8).map(at).collect(), triangles }
-}
 
 #[test]
 fn a_confined_block_meets_a_wall_as_its_closed_form_says() {

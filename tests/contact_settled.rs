@@ -6,6 +6,7 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::block_face::{block_face, jaw_block};
+use common::cuboid;
 use modiolus::contact::{Pair, PairKind, Solid, teeth_planes};
 use modiolus::face::standard::{Resolution, standard};
 use modiolus::face::{ContactReach, ContactSearch, Landmark, Pose, RigidMotion, Teeth};
@@ -316,14 +317,6 @@ fn a_fit_satisfies_contact_where_its_answer_leads() {
     );
     assert_eq!(fitted.solution.status, Status::Solved);
     assert!(after <= 1e-2 && fitted.solution.certificate.passes(), "{after}");
-}
-
-/// The box `lo..hi`, two triangles a side, outward.
-fn cuboid(lo: Vec3, hi: Vec3) -> Surface {
-    let at = |k: usize| Vec3::from_fn(|axis, _| if k >> axis & 1 == 1 { hi[axis] } else { lo[axis] });
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    Surface { points: (0..8).map(at).collect(), triangles }
 }
 
 #[test]

@@ -57,7 +57,7 @@ impl FixedStiffness<'_> {
     /// rounds the load is whole.
     ///
     /// # Errors
-    /// [`ContactError`] when no contact forces keep the linearised gaps open.
+    /// [`ContactError`] when no contact forces keep the linearised gaps open before the load was whole once.
     pub fn settle(
         &self,
         face: &Face,

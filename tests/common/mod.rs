@@ -2,12 +2,14 @@
 #![allow(dead_code, unreachable_pub, unused_imports)]
 
 pub mod block_face;
+mod cuboid;
 pub mod faces;
 mod grids;
 pub mod piece;
 mod pressed;
 mod random;
 
+pub use cuboid::cuboid;
 pub use grids::{add_quad_traction, cell_displacements, grid, solve, solve_with};
 pub use pressed::{contact_column, contact_response, factor, isotropic};
 pub use random::Random;
