@@ -106,6 +106,23 @@ fn a_node_deep_in_an_arch_leaves_towards_its_own_tissue() {
 }
 
 #[test]
+fn the_gap_of_a_node_hardly_inside_a_tooth_changes_as_its_row_says() {
+    // Mucosa that is folded over faces away from the side that it came in through.
+    let solid = Solid::new(&cuboid(-Vec3::new(3., 2., 1.), Vec3::new(3., 2., 1.)));
+    let tissue = BTreeMap::from([(0, -Vec3::z())]);
+    let depth = |p: Vec3| {
+        let pairs = teeth_pairs(PairKind::UpperTeeth, 0, &solid, &[p], &[0], &tissue, 5.);
+        (pairs[0].gap_mm - pairs[0].rest_overlap_mm, pairs[0].normal())
+    };
+    let (before, after) = (Vec3::new(0.4, 0.3, -0.6), Vec3::new(0.4, 0.3, -0.9));
+    for side in [1., -1.] {
+        let [(there, row), (here, _)] = [after, before].map(|p| depth(Vec3::new(p.x, p.y, side * p.z)));
+        let step = Vec3::new(0., 0., side * (after - before).z);
+        assert!((there - here - row.dot(&step)).abs() < 1e-12, "{side}: {there} {here} {row:?}");
+    }
+}
+
+#[test]
 fn teeth_pairs_stop_at_the_cutoff_and_follow_the_displacement() {
     let solid = Solid::new(&cuboid(Vec3::new(-9., -9., -9.), Vec3::new(9., 9., 0.)));
     let points = [Vec3::new(0.3, 0.2, 2.), Vec3::new(0.3, 0.2, 5.01), Vec3::new(0.3, 0.2, -0.5)];
