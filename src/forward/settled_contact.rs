@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use super::condensed::Condensed;
 use super::contact_forces::contact_forces_near;
 use super::{ContactError, Equilibrium, FixedStiffness, Touching};
-use crate::contact::{Pair, PairKind};
+use crate::contact::{Pair, PairKind, without_repeats};
 use crate::face::{ContactSearch, Face};
 use crate::units::Vec3;
 
@@ -84,7 +84,8 @@ impl FixedStiffness<'_> {
         let pose = self.pose();
         let from = start.map_or_else(|| self.displacement_with(&[], &[], &[]), <[f64]>::to_vec);
         let is_rest = start.is_none() && pose.is_rest();
-        let mut pairs = if is_rest { search.rest().to_vec() } else { search.at(face, &from, &pose).pairs };
+        let about = |u: &[f64]| without_repeats(search.at(face, u, &pose).pairs);
+        let mut pairs = if is_rest { without_repeats(search.rest().to_vec()) } else { about(&from) };
         let mut place = Place::new(from);
         let mut increment = if start.is_some() { 1. } else { FIRST_LOAD };
         let (mut load, mut last, mut best) = (0., None, None::<SettledContact>);
@@ -132,7 +133,7 @@ impl FixedStiffness<'_> {
                 break;
             }
             place.follow(&held.displacement);
-            pairs = search.at(face, &place.u, &pose).pairs;
+            pairs = about(&place.u);
             last = Some(held);
         }
         best.ok_or(ContactError::NotConverged)
