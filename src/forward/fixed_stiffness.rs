@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::contact_forces::contact_forces_near;
 use super::moved_bones::MovedBones;
-use super::{Cholesky, ContactError, ContactResponse, Model, Response, SparseColumn, contact_forces};
+use super::{Cholesky, ContactError, ContactResponse, Model, Response, SparseColumn, Touching};
 use crate::contact::Pair;
 use crate::face::Pose;
 use crate::mesh::Site;
@@ -172,8 +173,22 @@ impl<'m> FixedStiffness<'m> {
     /// # Errors
     /// [`ContactError`] when no contact forces keep the gaps open.
     pub fn equilibrium(&self, contact: Option<&ContactResponse>) -> Result<Equilibrium, ContactError> {
+        self.equilibrium_near(contact, &[])
+    }
+
+    /// The [`equilibrium`](Self::equilibrium), its contact forces sought from the contacts `touching` of a nearby
+    /// one; from the gaps when there are none.
+    pub(crate) fn equilibrium_near(
+        &self,
+        contact: Option<&ContactResponse>,
+        touching: &[usize],
+    ) -> Result<Equilibrium, ContactError> {
         let contact_forces = match contact {
-            Some(contact) => contact_forces(contact, &self.unknowns())?,
+            Some(contact) => {
+                let near = Touching::new(&contact.compliance, touching.iter().copied());
+                let near = (!touching.is_empty()).then_some(&near);
+                contact_forces_near(contact, &self.unknowns(), near)?.0
+            }
             None => DVector::zeros(0),
         };
         let displacement = self.displacement(&self.activation, contact_forces.as_slice());

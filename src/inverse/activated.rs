@@ -26,6 +26,8 @@ pub struct ActivatedProblem<'a> {
     target: &'a Target,
     observations: &'a Observations,
     mode: ContactMode,
+    /// Contacts that touch near the start.
+    touching: &'a [usize],
 }
 
 /// The problem about one activation: where the face is there, and how it goes on.
@@ -51,7 +53,17 @@ impl<'a> ActivatedProblem<'a> {
         observations: &'a Observations,
         mode: ContactMode,
     ) -> Self {
-        Self { model, target, observations, mode }
+        Self { model, target, observations, mode, touching: &[] }
+    }
+
+    /// The same problem, the contacts of its start sought from `touching`, those of a face nearby.
+    pub(super) fn near(self, touching: &'a [usize]) -> Self {
+        Self { touching, ..self }
+    }
+
+    /// The contacts that touch near the start; empty where they are not known.
+    pub(super) fn touching(&self) -> &'a [usize] {
+        self.touching
     }
 
     /// What contact does.
@@ -153,13 +165,14 @@ impl<'a> ActivatedProblem<'a> {
         Ok(Problem::new(self.target, self.observations, &response)?)
     }
 
-    /// The face at rest under the unknowns `a` (n) and its tangent there.
-    pub(super) fn iterate(&self, a: &DVector<f64>) -> Result<Iterate, InverseError> {
+    /// The face at rest under the unknowns `a` (n) and its tangent there, its contact forces sought from the
+    /// contacts `touching` of a face nearby.
+    pub(super) fn iterate(&self, a: &DVector<f64>, touching: &[usize]) -> Result<Iterate, InverseError> {
         let stiff = self.stiff(a)?;
         let sites = &self.observations.sites;
         let response = stiff.response(sites);
         let contact = response.contact.as_ref().filter(|_| self.mode == ContactMode::Reactions);
-        let equilibrium = stiff.equilibrium(contact)?;
+        let equilibrium = stiff.equilibrium_near(contact, touching)?;
         let observed = sites.iter().flat_map(|site| {
             let u = site.displacement(&equilibrium.displacement);
             [u.x, u.y, u.z]
@@ -195,7 +208,7 @@ impl Iterate {
 
     /// The contacts that press, ascending.
     pub(super) fn touching(&self) -> Vec<usize> {
-        (0..self.forces.len()).filter(|&i| self.forces[i] > 0.).collect()
+        touching(&self.forces)
     }
 
     /// This state as an answer; its relaxation gap is that of the tangent: what another contact state could
@@ -210,4 +223,9 @@ impl Iterate {
         let bound = self.tangent.bound(mode, &self.terms, found)?;
         Ok(report::solution(&self.tangent, mode, status, found, &point, certificate, bound.as_ref()))
     }
+}
+
+/// The contacts that press with `forces` (c), ascending.
+pub(super) fn touching(forces: &DVector<f64>) -> Vec<usize> {
+    (0..forces.len()).filter(|&i| forces[i] > 0.).collect()
 }

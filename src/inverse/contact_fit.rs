@@ -2,13 +2,14 @@
 
 use nalgebra::DVector;
 
+use super::activated::touching;
 use super::sequential::{Approach, SequentialState, SequentialStep};
 use super::solution::{Solution, Status};
 use super::warning::Warning;
 use super::{ActivatedProblem, ContactMode, InverseError, Observations, Target};
 use crate::contact::Pair;
 use crate::face::{ContactSearch, Face};
-use crate::forward::{FixedStiffness, Model};
+use crate::forward::{Equilibrium, FixedStiffness, Model};
 
 /// Linearisations of the contacts before giving up.
 const MOST_ROUNDS: usize = 8;
@@ -134,7 +135,7 @@ impl<'a> ContactFit<'a> {
             x.as_slice().to_vec(),
             None,
             |_| held.clone(),
-            |model, _, _| {
+            |model, _, _, _| {
                 let solution = match first.take_if(|_| !self.is_linearised()) {
                     Some(first) => first,
                     None => self.on(model).solve_at_fixed_stiffness(share)?,
@@ -156,18 +157,19 @@ impl<'a> ContactFit<'a> {
         start: &[f64],
         tell: impl FnMut(&SequentialState) + Clone + 'static,
     ) -> Result<FittedContact, InverseError> {
-        let exactly =
-            |model: &Model, a: &[f64]| self.on(model).solve(DVector::from_column_slice(a), tell.clone());
-        let fit = |model: &Model, a: &[f64], roughly: Option<f64>| {
+        let exactly = |model: &Model, a: &[f64], touching: &[usize]| {
+            self.on(model).near(touching).solve(DVector::from_column_slice(a), tell.clone())
+        };
+        let fit = |model: &Model, a: &[f64], touching: &[usize], roughly: Option<f64>| {
+            let start = || DVector::from_column_slice(a);
             if let Some(roughly) = roughly
-                && let Some(near) =
-                    self.on(model).approach(DVector::from_column_slice(a), roughly, tell.clone())?
+                && let Some(near) = self.on(model).near(touching).approach(start(), roughly, tell.clone())?
             {
                 let Approach { unknowns, forces, objective, history, start_mm } = near;
                 let unknowns = unknowns.as_slice().to_vec();
                 return Ok(Fit { unknowns, forces, objective, solution: None, history, start_mm });
             }
-            let found = exactly(model, a)?;
+            let found = exactly(model, a, touching)?;
             Ok(Fit::of(&self.on(model).start(&found.solution), found.solution, found.history, found.start_mm))
         };
         let m = self.model.muscles().len();
@@ -181,7 +183,7 @@ impl<'a> ContactFit<'a> {
         let is_other = |a: &[f64]| largest_change(a, &answer) > 2. * ROUGHEST[1];
         let model = self.model.with_pairs(fitted.pairs.clone());
         // Far from the answer its contacts may leave the face no place: then rest is no start.
-        let Ok(second) = fit(&model, self.on(&model).rest().as_slice(), Some(ROUGHEST[1])) else {
+        let Ok(second) = fit(&model, self.on(&model).rest().as_slice(), &[], Some(ROUGHEST[1])) else {
             return Ok(fitted);
         };
         fitted.history.extend(second.history);
@@ -189,7 +191,9 @@ impl<'a> ContactFit<'a> {
             return Ok(fitted);
         }
         if second.objective >= objective {
-            let Ok(second) = exactly(&model, &second.unknowns) else { return Ok(fitted) };
+            let Ok(second) = exactly(&model, &second.unknowns, &touching(&second.forces)) else {
+                return Ok(fitted);
+            };
             fitted.history.extend(second.history);
             let is_told = second.solution.status == Status::Solved
                 && is_other(self.on(&model).start(&second.solution).as_slice());
@@ -218,32 +222,34 @@ impl<'a> ContactFit<'a> {
     }
 
     /// Fits and linearises from the unknowns `x` (n), and from the displacement `place` (3n, mm) or rest, until both
-    /// stay, at the `stiffness` of activations (m); `fit` fits to a roughness or, without one, exactly.
+    /// stay, at the `stiffness` of activations (m); `fit` starts near the contacts that it is told touch, and fits to
+    /// a roughness or, without one, exactly.
     fn settle(
         &self,
         mut x: Vec<f64>,
         mut place: Option<Vec<f64>>,
         stiffness: impl Fn(&[f64]) -> Vec<f64>,
-        mut fit: impl FnMut(&Model, &[f64], Option<f64>) -> Result<Fit, InverseError>,
+        mut fit: impl FnMut(&Model, &[f64], &[usize], Option<f64>) -> Result<Fit, InverseError>,
     ) -> Result<FittedContact, InverseError> {
         let m = self.model.muscles().len();
         let mut stiff = self.on(self.model).model_at(&stiffness(&x), &x)?;
-        let mut pairs = self.model.pairs().to_vec();
-        let mut best: Option<(f64, Vec<Pair>, Vec<f64>)> = None;
+        let (mut pairs, mut near) = (self.model.pairs().to_vec(), Vec::new());
+        let mut best: Option<Least> = None;
         let (mut history, mut start_mm, mut linearisations) = (Vec::new(), None, 0);
         let mut roughly = self.is_linearised().then_some(ROUGHEST[1]);
         let mut rounds = MOST_ROUNDS;
         for round in 0..=MOST_ROUNDS {
             let is_last = round >= rounds || !self.is_linearised();
-            if is_last && let Some((_, least, from)) = best.take() {
-                (pairs, x, roughly) = (least, from, None);
+            if is_last && let Some(least) = best.take() {
+                (pairs, x, near, roughly) = (least.pairs, least.unknowns, least.touching, None);
             } else if let Some(search) = self.search.filter(|_| roughly.is_some()) {
                 linearisations += 1;
-                if let Some((near, there)) = self.linearised(&stiff, search, &x[..m], place.as_deref()) {
-                    (pairs, place) = (near, Some(there));
+                if let Some(there) = self.linearised(&stiff, search, &x[..m], place.as_deref()) {
+                    near = touching(&there.equilibrium.contact_forces);
+                    (pairs, place) = (there.pairs, Some(there.equilibrium.displacement));
                 }
             }
-            let found = fit(&self.model.with_pairs(pairs.clone()), &x, roughly)?;
+            let found = fit(&self.model.with_pairs(pairs.clone()), &x, &near, roughly)?;
             history.extend(found.history);
             start_mm.get_or_insert(found.start_mm);
             let has_failed = found.unknowns.is_empty();
@@ -282,8 +288,10 @@ impl<'a> ContactFit<'a> {
                     others,
                 });
             }
-            if best.as_ref().is_none_or(|(least, ..)| overlap < *least) {
-                best = Some((overlap, pairs.clone(), found.unknowns.clone()));
+            near = touching(&found.forces);
+            if best.as_ref().is_none_or(|least| overlap < least.overlap_mm) {
+                let (pairs, unknowns) = (pairs.clone(), found.unknowns.clone());
+                best = Some(Least { overlap_mm: overlap, pairs, unknowns, touching: near.clone() });
             }
             // When the contacts stay the same ones are fitted exactly.
             roughly = (!stands).then_some((ROUGHLY * change).clamp(ROUGHEST[0], ROUGHEST[1]));
@@ -292,26 +300,41 @@ impl<'a> ContactFit<'a> {
         Err(InverseError::NoStart)
     }
 
-    /// The candidates about the face under the activations `a`, and its displacement there; `None` when it cannot
-    /// be found.
+    /// The face at rest under the activations `a` with the candidates about it; `None` when it cannot be found.
     fn linearised(
         &self,
         stiff: &FixedStiffness<'_>,
         search: &ContactSearch,
         a: &[f64],
         start: Option<&[f64]>,
-    ) -> Option<(Vec<Pair>, Vec<f64>)> {
+    ) -> Option<Linearised> {
         let rounds = SETTLING_ROUNDS[usize::from(start.is_some())];
         let settled = stiff.settle_within(rounds, self.face, search, a, start).ok()?;
-        let u = settled.equilibrium.displacement;
-        let forces = settled.equilibrium.contact_forces;
+        let Equilibrium { displacement, contact_forces } = settled.equilibrium;
         let by_teeth = self.face.tooth_changes(&settled.pairs, &stiff.pose());
-        let all = settled.pairs.into_iter().zip(forces.iter()).zip(by_teeth);
+        let all = settled.pairs.into_iter().zip(contact_forces.iter()).zip(by_teeth);
         let near = all.filter(|((pair, force), by_tooth)| {
-            **force > 0. || pair.gap_mm + pair.change_mm(&u) + by_tooth <= REACH_MM
+            **force > 0. || pair.gap_mm + pair.change_mm(&displacement) + by_tooth <= REACH_MM
         });
-        Some((near.map(|((pair, _), _)| pair).collect(), u))
+        let (pairs, forces): (Vec<Pair>, Vec<f64>) = near.map(|((pair, force), _)| (pair, *force)).unzip();
+        let contact_forces = DVector::from_vec(forces);
+        Some(Linearised { pairs, equilibrium: Equilibrium { displacement, contact_forces } })
     }
+}
+
+/// The fit with the least overlap so far.
+struct Least {
+    overlap_mm: f64,
+    pairs: Vec<Pair>,
+    unknowns: Vec<f64>,
+    touching: Vec<usize>,
+}
+
+/// The face under some activations, and the candidates about it.
+struct Linearised {
+    pairs: Vec<Pair>,
+    /// Its displacement, and the forces of these pairs.
+    equilibrium: Equilibrium,
 }
 
 fn largest_change(a: &[f64], b: &[f64]) -> f64 {

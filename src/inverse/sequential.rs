@@ -105,10 +105,10 @@ impl Solver<ActivatedProblem<'_>, SequentialState> for SequentialQp {
         mut state: SequentialState,
     ) -> Result<(SequentialState, Option<KV>), Error> {
         let start = state.take_param().ok_or_else(|| Error::msg("no start"))?;
-        let mut at = problem.problem("cost_count", |p| Ok(p.iterate(&start)?))?;
+        let mut at = problem.problem("cost_count", |p| Ok(p.iterate(&start, p.touching())?))?;
         let within = start.sup(&at.tangent.bounds.min).inf(&at.tangent.bounds.max);
         if within != start {
-            at = problem.problem("cost_count", |p| Ok(p.iterate(&within)?))?;
+            at = problem.problem("cost_count", |p| Ok(p.iterate(&within, p.touching())?))?;
         }
         let objective = at.objective;
         self.start_mm.clone_from(&at.state.observed);
@@ -155,7 +155,7 @@ impl Solver<ActivatedProblem<'_>, SequentialState> for SequentialQp {
             self.at = Some(at);
             return Ok((state, None));
         }
-        let next = problem.problem("cost_count", |p| Ok(p.iterate(proposed)?))?;
+        let next = problem.problem("cost_count", |p| Ok(p.iterate(proposed, &at.touching())?))?;
         let predicted = at.objective - found.optimum.objective;
         let actual = at.objective - next.objective;
         let noise = ROUNDING * at.objective;
