@@ -114,7 +114,7 @@ fn the_gap_of_a_node_hardly_inside_a_tooth_changes_as_its_row_says() {
         let pairs = teeth_pairs(PairKind::UpperTeeth, 0, &solid, &[p], &[0], &tissue, 5.);
         (pairs[0].gap_mm - pairs[0].rest_overlap_mm, pairs[0].normal())
     };
-    let (before, after) = (Vec3::new(0.4, 0.3, -0.6), Vec3::new(0.4, 0.3, -0.9));
+    let (before, after) = (Vec3::new(0.4, 0.3, -0.92), Vec3::new(0.4, 0.3, -0.98));
     for side in [1., -1.] {
         let [(there, row), (here, _)] = [after, before].map(|p| depth(Vec3::new(p.x, p.y, side * p.z)));
         let step = Vec3::new(0., 0., side * (after - before).z);

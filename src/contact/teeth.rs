@@ -6,13 +6,13 @@ use super::{Pair, PairKind, Projection, Solid, ToothPoint};
 use crate::units::Vec3;
 
 /// Depth, mm, up to which a node came into a tooth through its closest part, whatever its tissue faces.
-const SHALLOW_MM: f64 = 0.5;
+const SHALLOW_MM: f64 = 0.1;
 
 /// The pairs of the nodes `nodes` (positions `points`, n x 3, mm) with the teeth `solid`, which is tooth
 /// surface `surface` of the face, in the order of `nodes`: one a node that lies inside or within `cutoff_mm` outside.
 ///
 /// The row is the outward unit normal of the tooth at the node's closest point, the gap the signed
-/// distance, a negative one taken as zero and recorded as rest overlap. A node deeper than 0.5 mm inside a tooth leaves
+/// distance, a negative one taken as zero and recorded as rest overlap. A node deeper than 0.1 mm inside a tooth leaves
 /// it through the closest part that faces its tissue (`normals`: unit outward tissue normal at a
 /// node): the closest part of all may be the far side of the arch, and pushing there would draw the
 /// lip through the teeth. Nodes without a normal leave by the closest part.
