@@ -14,7 +14,7 @@ pub use closed_surface::closed_surface;
 pub use closest::{Feature, TrianglePoint, closest_on_triangle};
 pub use facet::{Facets, Patch};
 pub use lips::{Lip, lip_pairs};
-pub use pair::{Pair, PairKind, ToothPoint, without_repeats};
+pub use pair::{Pair, PairKind, ToothPoint};
 pub use solid::{Projection, Solid};
 pub use teeth::{teeth_pairs, teeth_planes};
 pub use teeth_error::{BoundaryLoop, EdgeAt, Piece, TeethError, TeethWarning};

@@ -40,6 +40,7 @@ pub use model::Model;
 pub use muscle_law::{N_TENSORS, tensors};
 pub use operation::{Operation, OperationError, operate};
 pub use response::{ContactResponse, Response};
+pub(crate) use settled_contact::Nearby;
 pub use settled_contact::SettledContact;
 pub use stiffness::{Pattern, Stiffness};
 pub use touching::Touching;

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use super::condensed::Condensed;
 use super::contact_forces::contact_forces_near;
 use super::{ContactError, Equilibrium, FixedStiffness, Touching};
-use crate::contact::{Pair, PairKind, without_repeats};
+use crate::contact::{Pair, PairKind};
 use crate::face::{ContactSearch, Face};
 use crate::units::Vec3;
 
@@ -65,33 +65,38 @@ impl FixedStiffness<'_> {
         activation: &[f64],
         start: Option<&[f64]>,
     ) -> Result<SettledContact, ContactError> {
+        let start = start.map(|displacement| Nearby { displacement, pairs: &[], touching: &[] });
         self.settle_within(MOST_ROUNDS, face, search, activation, start)
     }
 
-    /// [`settle`](Self::settle) with at most `most_rounds` linearisations.
+    /// [`settle`](Self::settle) with at most `most_rounds` linearisations, the touching contacts sought from those
+    /// of the start.
     pub(crate) fn settle_within(
         &self,
         most_rounds: usize,
         face: &Face,
         search: &ContactSearch,
         activation: &[f64],
-        start: Option<&[f64]>,
+        start: Option<Nearby<'_>>,
     ) -> Result<SettledContact, ContactError> {
         let loading_rounds = most_rounds / 2;
         let nodes = search.nodes();
         let condensed = Condensed::new(self, &nodes);
         let settling = Settling { stiff: self, condensed, nodes, activation };
         let pose = self.pose();
-        let from = start.map_or_else(|| self.displacement_with(&[], &[], &[]), <[f64]>::to_vec);
+        let from =
+            start.map_or_else(|| self.displacement_with(&[], &[], &[]), |start| start.displacement.to_vec());
         let is_rest = start.is_none() && pose.is_rest();
-        let about = |u: &[f64]| without_repeats(search.at(face, u, &pose).pairs);
-        let mut pairs = if is_rest { without_repeats(search.rest().to_vec()) } else { about(&from) };
+        let about = |u: &[f64]| search.at(face, u, &pose).pairs;
+        let mut pairs = if is_rest { search.rest().to_vec() } else { about(&from) };
+        let first_touching = start.filter(|s| !s.touching.is_empty()).map(|s| (s.pairs, s.touching));
         let mut place = Place::new(from);
         let mut increment = if start.is_some() { 1. } else { FIRST_LOAD };
-        let (mut load, mut last, mut best) = (0., None, None::<SettledContact>);
+        let (mut load, mut last, mut best) = (0., None::<Held>, None::<SettledContact>);
         for rounds in 1..=most_rounds {
+            let last_touching = last.as_ref().map(Held::touching).or(first_touching);
             let next = if rounds >= loading_rounds { 1. } else { f64::min(1., load + increment) };
-            let mut held = match settling.held(pairs.clone(), next, last.as_ref()) {
+            let mut held = match settling.held(pairs.clone(), next, last_touching) {
                 // Cells that are turned inside out may leave the gaps no forces: what came before is the answer.
                 Err(_) if best.is_some() => break,
                 held => held?,
@@ -99,7 +104,7 @@ impl FixedStiffness<'_> {
             let way = settling.way(&place.u, &held.displacement);
             if way > 1.5 * STRIDE_MM && next > load && load > 0. && rounds < loading_rounds {
                 // Too far at once: what the increment alone moved tells how much of it can be had later.
-                let before = settling.held(pairs, load, last.as_ref())?;
+                let before = settling.held(pairs, load, last_touching)?;
                 let moved = settling.way(&before.displacement, &held.displacement);
                 increment *= f64::min(0.5, STRIDE_MM / moved.max(STRIDE_MM));
                 held = before;
@@ -140,6 +145,17 @@ impl FixedStiffness<'_> {
     }
 }
 
+/// A face beside the one that is sought.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nearby<'a> {
+    /// Its displacement (3n), mm.
+    pub displacement: &'a [f64],
+    /// Its contacts,
+    pub pairs: &'a [Pair],
+    /// and those of them that touch; none where that is not known.
+    pub touching: &'a [usize],
+}
+
 /// The contacts of one linearisation and the forces that hold them.
 struct Held {
     pairs: Vec<Pair>,
@@ -147,6 +163,13 @@ struct Held {
     touching: Touching,
     displacement: Vec<f64>,
     linear_penetration_mm: f64,
+}
+
+impl Held {
+    /// Its contacts, and those of them that touch.
+    fn touching(&self) -> (&[Pair], &[usize]) {
+        (&self.pairs, self.touching.contacts())
+    }
 }
 
 /// What stays the same from round to round.
@@ -160,7 +183,12 @@ struct Settling<'a> {
 impl Settling<'_> {
     /// The equilibrium under the share `load` of the activations against `pairs`, its touching contacts sought
     /// from those of the linearisation before.
-    fn held(&self, pairs: Vec<Pair>, load: f64, last: Option<&Held>) -> Result<Held, ContactError> {
+    fn held(
+        &self,
+        pairs: Vec<Pair>,
+        load: f64,
+        last: Option<(&[Pair], &[usize])>,
+    ) -> Result<Held, ContactError> {
         let a = load * DVector::from_column_slice(self.activation);
         let mut contact = self.condensed.contact(&pairs);
         contact.gap += self.stiff.gap_changes(&pairs);
@@ -212,15 +240,15 @@ fn of_node(u: &[f64], node: usize) -> Vec3 {
     Vec3::new(u[3 * node], u[3 * node + 1], u[3 * node + 2])
 }
 
-/// The contacts of `pairs` that touched in the linearisation `last`: of the same node the plane that is
-/// turned least.
-fn same_contacts(last: &Held, pairs: &[Pair]) -> Vec<usize> {
+/// The contacts of `pairs` that were `touching` among those `before`: of the same node the plane that is turned
+/// least.
+fn same_contacts((before, touching): (&[Pair], &[usize]), pairs: &[Pair]) -> Vec<usize> {
     let mut of_node: BTreeMap<(PairKind, usize), Vec<usize>> = BTreeMap::new();
     for (k, pair) in pairs.iter().enumerate() {
         of_node.entry((pair.kind, pair.node)).or_default().push(k);
     }
     let mut same = Vec::new();
-    for old in last.touching.contacts().iter().map(|&i| &last.pairs[i]) {
+    for old in touching.iter().map(|&i| &before[i]) {
         let likeness = |k: &usize| pairs[*k].normal().dot(&old.normal());
         let candidates = of_node.get(&(old.kind, old.node)).into_iter().flatten();
         if let Some(&k) = candidates.max_by(|a, b| likeness(a).total_cmp(&likeness(b)))

@@ -9,7 +9,7 @@ use super::warning::Warning;
 use super::{ActivatedProblem, ContactMode, InverseError, Observations, Target};
 use crate::contact::Pair;
 use crate::face::{ContactSearch, Face};
-use crate::forward::{Equilibrium, FixedStiffness, Model};
+use crate::forward::{Equilibrium, FixedStiffness, Model, Nearby};
 
 /// Linearisations of the contacts before giving up.
 const MOST_ROUNDS: usize = 8;
@@ -244,7 +244,12 @@ impl<'a> ContactFit<'a> {
                 (pairs, x, near, roughly) = (least.pairs, least.unknowns, least.touching, None);
             } else if let Some(search) = self.search.filter(|_| roughly.is_some()) {
                 linearisations += 1;
-                if let Some(there) = self.linearised(&stiff, search, &x[..m], place.as_deref()) {
+                let before = place.as_deref().map(|displacement| Nearby {
+                    displacement,
+                    pairs: &pairs,
+                    touching: &near,
+                });
+                if let Some(there) = self.linearised(&stiff, search, &x[..m], before) {
                     near = touching(&there.equilibrium.contact_forces);
                     (pairs, place) = (there.pairs, Some(there.equilibrium.displacement));
                 }
@@ -306,7 +311,7 @@ impl<'a> ContactFit<'a> {
         stiff: &FixedStiffness<'_>,
         search: &ContactSearch,
         a: &[f64],
-        start: Option<&[f64]>,
+        start: Option<Nearby<'_>>,
     ) -> Option<Linearised> {
         let rounds = SETTLING_ROUNDS[usize::from(start.is_some())];
         let settled = stiff.settle_within(rounds, self.face, search, a, start).ok()?;

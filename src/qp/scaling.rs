@@ -64,36 +64,22 @@ impl Scaling {
     }
 
     fn sweep(&mut self, problem: &Problem) {
-        let n = self.variable.len();
-        let mut column = DVector::<f64>::zeros(n);
-        for j in 0..n {
-            for i in 0..n {
-                let p = (problem.hessian[(i, j)] * self.variable[i] * self.variable[j]).abs();
-                column[j] = column[j].max(p);
-            }
-        }
+        let d = self.variable.as_slice();
+        let columns = problem.hessian.column_iter().zip(d);
+        let mut column: Vec<f64> = columns.map(|(p, &own)| largest(p.as_slice(), d, own)).collect();
         for (rows, factors) in
             [(&problem.equality, &mut self.equality), (&problem.inequality, &mut self.inequality)]
         {
-            let mut row = DVector::<f64>::zeros(factors.len());
-            for j in 0..n {
-                for i in 0..factors.len() {
-                    let g = (rows[(i, j)] * factors[i] * self.variable[j]).abs();
-                    row[i] = row[i].max(g);
-                    column[j] = column[j].max(g);
+            let mut row = vec![0.0; factors.len()];
+            for ((entries, &own), column) in rows.column_iter().zip(d).zip(&mut column) {
+                for ((row, entry), factor) in row.iter_mut().zip(entries).zip(factors.iter()) {
+                    *row = f64::max(*row, (entry * factor * own).abs());
                 }
+                *column = column.max(largest(entries.as_slice(), factors.as_slice(), own));
             }
-            for (factor, &largest) in factors.iter_mut().zip(row.iter()) {
-                if largest > 0.0 {
-                    *factor /= largest.sqrt();
-                }
-            }
+            shrink(factors, &row);
         }
-        for (factor, &largest) in self.variable.iter_mut().zip(column.iter()) {
-            if largest > 0.0 {
-                *factor /= largest.sqrt();
-            }
-        }
+        shrink(&mut self.variable, &column);
     }
 
     /// The dimensionless program.
@@ -149,5 +135,26 @@ impl Scaling {
     /// A direction of the dimensionless variables in the caller's units.
     pub(super) fn direction(&self, direction: &DVector<f64>) -> DVector<f64> {
         direction.component_mul(&self.variable)
+    }
+}
+
+/// Largest `|entry factor own|` of a column, in lanes that need not wait for each other.
+fn largest(entries: &[f64], factors: &[f64], own: f64) -> f64 {
+    const LANES: usize = 8;
+    let mut lanes = [0.0; LANES];
+    for (entries, factors) in entries.chunks(LANES).zip(factors.chunks(LANES)) {
+        for (lane, (entry, factor)) in lanes.iter_mut().zip(entries.iter().zip(factors)) {
+            *lane = f64::max(*lane, (entry * factor * own).abs());
+        }
+    }
+    lanes.into_iter().fold(0.0, f64::max)
+}
+
+/// Divides each factor by the root of what is the largest in its row or column, unless that is zero.
+fn shrink(factors: &mut DVector<f64>, largest: &[f64]) {
+    for (factor, &largest) in factors.iter_mut().zip(largest) {
+        if largest > 0.0 {
+            *factor /= largest.sqrt();
+        }
     }
 }
