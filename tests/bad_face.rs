@@ -383,6 +383,18 @@ fn a_muscle_that_is_all_insertion_is_told() {
 }
 
 #[test]
+fn nodes_on_two_bones_are_told() {
+    let jaw = "[[supports]]\nbone = \"mandible\"\nset = \"bone\"\n\n[[teeth]]";
+    let warnings = warned(&Files::with("[[teeth]]", jaw));
+    let [warning @ FaceWarning::TwoBones { first, second, support, node, nodes }] = &warnings[..] else {
+        panic!("{warnings:?}")
+    };
+    assert_eq!((first.as_str(), second.as_str(), *support), ("skull", "mandible", 1));
+    assert_eq!((*node, *nodes), (0, 49));
+    assert!(warning.to_string().contains("go where mandible goes"), "{warning}");
+}
+
+#[test]
 fn muscles_of_one_name_are_refused_and_of_the_same_fibres_told() {
     let muscle = |name: &str| {
         format!(

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use common::block_face::{block_face, front_pairs};
 use common::{
     add_quad_traction, contact_column as column, contact_response as response, cuboid, factor, grid,
-    isotropic,
+    half_space, isotropic,
 };
 use modiolus::contact::{Facets, Pair, PairKind, Patch, Solid, teeth_pairs};
 use modiolus::face::standard::{Resolution, standard};
@@ -84,25 +84,10 @@ fn a_confined_block_meets_a_wall_as_its_closed_form_says() {
 #[test]
 fn a_sphere_on_a_half_space_follows_hertz() {
     let (radius, young, poisson) = (10., 0.015, 0.3);
-    // At the deepest press the contact radius is 1 mm: 8 cells of 1/8 mm, then growing ones out to 32 mm.
-    let (depth, cells_in_radius, far) = (0.1, 8, 32.);
-    let mut axis = vec![0.];
-    let mut step = 1. / f64::from(cells_in_radius);
-    while axis[axis.len() - 1] < far {
-        let last = axis[axis.len() - 1];
-        if last > 1.2 {
-            step *= 1.4;
-        }
-        axis.push(last + step);
-    }
-    let n = axis.len() - 1;
-    let along = |x: f64| axis[(x * n as f64).round() as usize];
-    let mesh = grid(CellKind::Hex8, [n; 3], |p| Vec3::new(along(p.x), along(p.y), -along(1. - p.z)));
-    let size = axis[n];
-    let cholesky = factor(&mesh, isotropic(young, poisson), |p, axis| match axis {
-        2 => p.z == -size,
-        _ => p[axis] == 0. || p[axis] == size,
-    });
+    // At the deepest press the contact radius is 1 mm: 8 cells of 1/8 mm.
+    let depth = 0.1;
+    let (mesh, cholesky) = half_space(isotropic(young, poisson), 8);
+    let size = mesh.points.iter().fold(0f64, |far, p| far.max(p.x));
     let pairs: Vec<Pair> = (0..mesh.n_nodes())
         .filter(|&k| mesh.points[k].z == 0. && mesh.points[k].norm() < 1.6)
         .map(|node| Pair {

@@ -5,7 +5,7 @@ mod common;
 
 use std::time::Instant;
 
-use common::{add_quad_traction, contact_response, factor, grid, isotropic};
+use common::{add_quad_traction, contact_response, factor, grid, half_space, isotropic};
 use modiolus::contact::{Facets, Pair, PairKind, Solid};
 use modiolus::face::standard::{Resolution, standard};
 use modiolus::face::{ContactReach, ContactSearch};
@@ -131,27 +131,6 @@ struct Hertz {
 const RADIUS: f64 = 10.;
 const DEPTH: f64 = 0.1;
 
-/// A quarter of a half space with `cells` cells along the contact radius, then growing ones to 32 mm.
-fn half_space(cells: usize) -> (Mesh, Cholesky) {
-    let mut axis = vec![0.];
-    let mut step = 1. / cells as f64;
-    while axis[axis.len() - 1] < 32. {
-        let last = axis[axis.len() - 1];
-        if last > 1.2 {
-            step *= 1.4;
-        }
-        axis.push(last + step);
-    }
-    let n = axis.len() - 1;
-    let along = |x: f64| axis[(x * n as f64).round() as usize];
-    let mesh = grid(CellKind::Hex8, [n; 3], |p| Vec3::new(along(p.x), along(p.y), -along(1. - p.z)));
-    let cholesky = factor(&mesh, isotropic(YOUNG, POISSON), |p, k| match k {
-        2 => p.z == -axis[n],
-        _ => p[k] == 0. || p[k] == axis[n],
-    });
-    (mesh, cholesky)
-}
-
 const YOUNG: f64 = 0.015;
 const POISSON: f64 = 0.3;
 
@@ -209,7 +188,7 @@ fn a_sphere_is_met_at_nodes_and_at_quadrature_points() {
         "cells rule   points  force %  radius  pressure %  nodal %  idle/inner  rank  overlap um     ms"
     );
     for cells in [4, 8] {
-        let (mesh, cholesky) = half_space(cells);
+        let (mesh, cholesky) = half_space(isotropic(YOUNG, POISSON), cells);
         let all = RULES.map(|rule| hertz(&mesh, &cholesky, rule));
         for (rule, h) in RULES.iter().zip(&all) {
             let rule = format!("{rule:?}");

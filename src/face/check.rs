@@ -108,6 +108,7 @@ impl Face {
             Ok(odd) => warnings.extend(odd.into_iter().map(FaceWarning::Mesh)),
             Err(error) => return (vec![error.into()], warnings),
         }
+        warnings.extend(self.two_bones());
         for (k, muscle) in self.muscles.iter().enumerate() {
             if self.muscles[..k].iter().any(|m| m.name == muscle.name) {
                 errors.push(FaceError::DuplicateName { muscle: muscle.name.clone() });
@@ -145,6 +146,28 @@ impl Face {
             Some(FaceError::MissingNode { set: set.to_owned(), node, n_nodes })
         };
         named.into_iter().chain(bones).filter_map(missing).collect()
+    }
+
+    /// Supports that share nodes with one before them.
+    fn two_bones(&self) -> Vec<FaceWarning> {
+        let mut warnings = Vec::new();
+        for (support, second) in self.supports.iter().enumerate() {
+            for first in self.supports[..support].iter().filter(|first| first.bone != second.bone) {
+                let taken: BTreeSet<usize> = first.nodes.iter().copied().collect();
+                let shared: Vec<usize> = second.nodes.iter().copied().filter(|n| taken.contains(n)).collect();
+                if let Some(&node) = shared.first() {
+                    let (first, second) = (first.bone.clone(), second.bone.clone());
+                    warnings.push(FaceWarning::TwoBones {
+                        first,
+                        second,
+                        support,
+                        node,
+                        nodes: shared.len(),
+                    });
+                }
+            }
+        }
+        warnings
     }
 
     fn jaw_error(&self) -> Option<FaceError> {

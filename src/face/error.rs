@@ -181,6 +181,23 @@ pub enum FaceWarning {
         /// Length of the shortest fibre, mm.
         length_mm: f64,
     },
+    /// Nodes on two bones, which may move apart.
+    #[error(
+        "{nodes} nodes (the first is {node}, from 0) are fixed to both {first} and {second}, and go where {second} \
+         goes; take them out of one of the two sets"
+    )]
+    TwoBones {
+        /// One bone.
+        first: String,
+        /// The other, whose motion they take.
+        second: String,
+        /// Which of the supports that is, from 0.
+        support: usize,
+        /// The first such node.
+        node: usize,
+        /// How many.
+        nodes: usize,
+    },
     /// Two muscles with the same fibres.
     #[error("muscles {first} and {second} have the same fibres, so data cannot tell them apart; remove one")]
     SameFibres {

@@ -11,5 +11,5 @@ mod random;
 
 pub use cuboid::cuboid;
 pub use grids::{add_quad_traction, cell_displacements, grid, solve, solve_with};
-pub use pressed::{contact_column, contact_response, factor, isotropic};
+pub use pressed::{contact_column, contact_response, factor, half_space, isotropic};
 pub use random::Random;

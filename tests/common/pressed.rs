@@ -5,9 +5,11 @@ use std::sync::Arc;
 
 use modiolus::contact::Pair;
 use modiolus::forward::{Cholesky, ContactResponse, Element, SparseColumn, Stiffness, SymbolicFactor};
-use modiolus::mesh::Mesh;
+use modiolus::mesh::{CellKind, Mesh};
 use modiolus::units::Vec3;
 use nalgebra::{DMatrix, DVector, Matrix6};
+
+use super::grid;
 
 /// Isotropic stiffness, Voigt with engineering shears.
 pub fn isotropic(young: f64, poisson: f64) -> Matrix6<f64> {
@@ -57,4 +59,26 @@ pub fn contact_response(cholesky: &Cholesky, load: &SparseColumn, pairs: &[Pair]
         compliance: gram.view((1, 1), (c, c)).into_owned(),
         reach: DMatrix::zeros(0, c),
     }
+}
+
+/// A quarter of a half space of one `law`, with `cells` cells along the contact radius of 1 mm, then growing ones to
+/// beyond 32 mm: its corner the origin, its free face `z = 0`.
+pub fn half_space(law: Matrix6<f64>, cells: usize) -> (Mesh, Cholesky) {
+    let mut axis = vec![0.];
+    let mut step = 1. / cells as f64;
+    while axis[axis.len() - 1] < 32. {
+        let last = axis[axis.len() - 1];
+        if last > 1.2 {
+            step *= 1.4;
+        }
+        axis.push(last + step);
+    }
+    let n = axis.len() - 1;
+    let along = |x: f64| axis[(x * n as f64).round() as usize];
+    let mesh = grid(CellKind::Hex8, [n; 3], |p| Vec3::new(along(p.x), along(p.y), -along(1. - p.z)));
+    let cholesky = factor(&mesh, law, |p, k| match k {
+        2 => p.z == -axis[n],
+        _ => p[k] == 0. || p[k] == axis[n],
+    });
+    (mesh, cholesky)
 }

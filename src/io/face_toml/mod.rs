@@ -279,6 +279,7 @@ impl Reader<'_> {
             FaceWarning::SofterWhenActive { .. } => "muscle_tissue".to_owned(),
             FaceWarning::FlippedFibres { muscle, .. } => format!("{}.origin", of(muscle)),
             FaceWarning::AllInsertion { muscle, .. } => format!("{}.insertion_mm", of(muscle)),
+            FaceWarning::TwoBones { support, .. } => format!("supports[{support}].set"),
             FaceWarning::SameFibres { second, .. } => format!("{}.name", of(second)),
             FaceWarning::Projected { muscle, .. } => format!("{}.name", of(muscle)),
             FaceWarning::RestOverlap(_) => "teeth".to_owned(),
