@@ -5,6 +5,7 @@ use std::path::Path;
 
 use assert_cmd::Command;
 use modiolus::face::{standard, standard::Resolution};
+use modiolus::io::read_face;
 use modiolus::mesh::Mesh;
 use modiolus::render::{Drawing, Image, RenderError, Scene, Show, View, muscle_stems};
 use tempfile::TempDir;
@@ -116,6 +117,36 @@ fn an_answer_is_drawn_as_it_was_computed() {
     assert!(read(&again) == read(&directly), "the folder holds all that the picture needs");
     let twice = ["render", "--activate", "risorius=1"];
     modiolus().args(twice).arg(&answer).arg("--out").arg(dir.path().join("x.png")).assert().code(2);
+}
+
+#[test]
+fn an_operated_face_is_drawn_with_its_teeth_moved() {
+    let dir = folder();
+    let (operated, before) = (dir.path().join("operated"), dir.path().join("before"));
+    modiolus().args(["surgery", "examples/setback/plan.toml", "--out"]).arg(&operated).assert().success();
+    let draw = |what: &Path, name: &str| {
+        let out = dir.path().join(name);
+        let options = ["--show", "teeth", "--view", "profile", "--size", "120x110"];
+        modiolus().arg("render").arg(what).args(options).arg("--out").arg(&out).assert().success();
+        fs::read(out).expect("written")
+    };
+    let teeth = draw(&operated, "teeth.png");
+    let mut face = standard(&Resolution::STANDARD);
+    face.teeth = read_face(&operated.join("face.toml"), None).expect("the operated face").face.teeth;
+    let show = Show { teeth: true, ..Show::default() };
+    let drawing = Drawing { show, view: View::Profile, size: (120, 110), ..Drawing::default() };
+    let expected = Scene::new(&face).draw(&drawing).expect("drawn").to_png().expect("encoded");
+    assert!(teeth == expected, "those of the face that was written");
+    assert!(teeth != draw(Path::new("standard"), "standard.png"), "the lower ones moved");
+    // A face that the answer does not lead to has no say.
+    modiolus()
+        .args(["forward", "--activate", "risorius=0.1", "--contact", "off", "--out"])
+        .arg(&before)
+        .assert()
+        .success();
+    fs::copy(before.join("face.vtu"), operated.join("face.vtu")).expect("copied");
+    fs::copy(before.join("solution.json"), operated.join("solution.json")).expect("copied");
+    assert!(draw(&operated, "other.png") == draw(&before, "before.png"), "a face of another answer");
 }
 
 #[test]

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use modiolus::face::{ContactReach, Pose};
+use modiolus::face::{ContactReach, Face, Pose};
 use modiolus::forward::{FixedStiffness, Model, Response, contact_forces};
 use modiolus::io::{read_answer, write_atomically};
 use modiolus::render::{Drawing, Image, RenderError, Scene};
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector3};
 
 use super::Outcome;
 use super::activation_list::resolve;
@@ -14,6 +14,9 @@ use super::arguments::{ContactMode, FaceChoice, RenderOptions, Stiffness};
 use super::error::CliError;
 use super::load::{LoadedFace, load, pose};
 use super::progress::{Progress, say};
+
+/// Farthest that a node of a written face lies from where the written displacement takes it, mm: rounding alone.
+const WRITTEN_MM: f64 = 1e-6;
 
 /// A face and how it is moved.
 struct Posed {
@@ -131,7 +134,7 @@ fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Resul
         face: files.face.clone(),
         reason: Box::new(reason),
     };
-    let loaded = load(&choice, progress).map_err(unread)?;
+    let mut loaded = load(&choice, progress).map_err(unread)?;
     let expected = 3 * loaded.face.mesh.n_nodes();
     if files.displacement.len() != expected {
         let (what, found) = ("displacement", files.displacement.len());
@@ -141,5 +144,31 @@ fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Resul
     let of = |name: &String| files.activations.get(name).copied().unwrap_or(0.0);
     let activation = loaded.face.muscles.iter().map(|m| of(&m.name)).collect();
     let pose = pose(&loaded.face, files.jaw_opening_mm);
+    if let Some(operated) = operated(dir, &loaded.face, &files.displacement, progress)? {
+        loaded.face.teeth = operated.teeth;
+    }
     Ok(Posed { loaded, activation: Some(activation), displacement: Some(files.displacement), pose })
+}
+
+/// The face beside the answer in `dir`, if the displacement (3n, mm) leads from `face` to it, as `surgery` leaves one.
+fn operated(
+    dir: &Path,
+    face: &Face,
+    displacement: &[f64],
+    progress: &mut Progress,
+) -> Result<Option<Face>, CliError> {
+    let index = dir.join("face.toml");
+    if !index.exists() {
+        return Ok(None);
+    }
+    let beside = load(&FaceChoice::File(index), progress)?.face;
+    let moved = face.mesh.points.iter().zip(displacement.as_chunks::<3>().0);
+    let leads = beside.mesh.n_nodes() == face.mesh.n_nodes()
+        && beside
+            .mesh
+            .points
+            .iter()
+            .zip(moved)
+            .all(|(there, (x, &u))| (there - x - Vector3::from(u)).norm() <= WRITTEN_MM);
+    Ok(leads.then_some(beside))
 }
