@@ -1,5 +1,6 @@
 //! Unilateral contact: who may touch whom, how far apart they are at rest, and along which normal.
 
+mod barrier;
 mod closed_surface;
 mod closest;
 mod facet;
@@ -10,6 +11,10 @@ mod solid;
 mod teeth;
 mod teeth_error;
 
+pub use barrier::{
+    Barrier, BarrierContact, BarrierError, Body, Candidates, CollisionSurface, ContactDerivatives,
+    ContactPoint, Crossing, Curvature,
+};
 pub use closed_surface::closed_surface;
 pub use closest::{Feature, TrianglePoint, closest_on_triangle};
 pub use facet::{Facets, Patch};

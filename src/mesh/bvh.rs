@@ -4,19 +4,31 @@ use crate::units::Vec3;
 
 const LEAF_SIZE: usize = 4;
 
+/// Depth of the deepest tree there can be, and more: halving items down to leaves ends before.
+const DEEPEST: usize = usize::BITS as usize;
+
 /// A box with its least and greatest corner.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Aabb {
-    pub(super) lo: Vec3,
-    pub(super) hi: Vec3,
+pub(crate) struct Aabb {
+    pub(crate) lo: Vec3,
+    pub(crate) hi: Vec3,
 }
 
 impl Aabb {
     const EMPTY: f64 = f64::INFINITY;
 
-    pub(super) fn around(points: impl IntoIterator<Item = Vec3>) -> Self {
+    pub(crate) fn around(points: impl IntoIterator<Item = Vec3>) -> Self {
         let empty = Self { lo: Vec3::repeat(Self::EMPTY), hi: Vec3::repeat(-Self::EMPTY) };
         points.into_iter().fold(empty, |b, p| Self { lo: b.lo.inf(&p), hi: b.hi.sup(&p) })
+    }
+
+    /// The box widened by `margin` on every side.
+    pub(crate) fn widened(self, margin: f64) -> Self {
+        Self { lo: self.lo.add_scalar(-margin), hi: self.hi.add_scalar(margin) }
+    }
+
+    fn overlaps(&self, other: &Self) -> bool {
+        (0..3).all(|k| self.lo[k] <= other.hi[k] && other.lo[k] <= self.hi[k])
     }
 
     fn joined(self, other: &Self) -> Self {
@@ -33,6 +45,7 @@ impl Aabb {
     }
 }
 
+#[derive(Clone, Debug)]
 struct Node {
     bounds: Aabb,
     /// Range of `items` in a leaf, the two children otherwise.
@@ -42,14 +55,15 @@ struct Node {
 }
 
 /// A bounding volume hierarchy over items that are known by their position in a list.
-pub(super) struct Bvh {
+#[derive(Clone, Debug)]
+pub(crate) struct Bvh {
     nodes: Vec<Node>,
     items: Vec<usize>,
     boxes: Vec<Aabb>,
 }
 
 impl Bvh {
-    pub(super) fn new(boxes: Vec<Aabb>) -> Self {
+    pub(crate) fn new(boxes: Vec<Aabb>) -> Self {
         let mut tree = Self { nodes: Vec::new(), items: (0..boxes.len()).collect(), boxes };
         if !tree.items.is_empty() {
             tree.build(0, tree.items.len());
@@ -76,6 +90,44 @@ impl Bvh {
         let node = &mut self.nodes[me];
         (node.leaf, node.first, node.second) = (false, first, second);
         me
+    }
+
+    /// The same tree over items that have moved, to `boxes` in the order of the first ones.
+    pub(crate) fn refitted(&self, boxes: Vec<Aabb>) -> Self {
+        let mut tree = Self { nodes: self.nodes.clone(), items: self.items.clone(), boxes };
+        // Children come after their parent.
+        for k in (0..tree.nodes.len()).rev() {
+            let node = &tree.nodes[k];
+            let bounds = if node.leaf {
+                let items = &tree.items[node.first..node.second];
+                items[1..].iter().fold(tree.boxes[items[0]], |b, &i| b.joined(&tree.boxes[i]))
+            } else {
+                tree.nodes[node.first].bounds.joined(&tree.nodes[node.second].bounds)
+            };
+            tree.nodes[k].bounds = bounds;
+        }
+        tree
+    }
+
+    /// Calls `visit` with every item whose box overlaps `bounds`.
+    pub(crate) fn for_each_overlapping(&self, bounds: &Aabb, mut visit: impl FnMut(usize)) {
+        let mut stack = [0; DEEPEST];
+        let mut waiting = self.nodes.len().min(1);
+        while waiting > 0 {
+            waiting -= 1;
+            let node = &self.nodes[stack[waiting]];
+            if !node.bounds.overlaps(bounds) {
+                continue;
+            }
+            if node.leaf {
+                let items = &self.items[node.first..node.second];
+                items.iter().filter(|&&item| self.boxes[item].overlaps(bounds)).for_each(|&item| visit(item));
+            } else {
+                stack[waiting] = node.second;
+                stack[waiting + 1] = node.first;
+                waiting += 2;
+            }
+        }
     }
 
     /// Calls `visit` with every item whose box, widened by `margin`, holds `p`.

@@ -16,6 +16,7 @@ mod surface;
 mod testing;
 mod validate;
 
+pub(crate) use bvh::{Aabb, Bvh};
 pub use cell::{Cell, CellKind, MAX_NODES};
 pub use error::{MeshError, MeshWarning};
 pub use facet::{Facet, boundary_facets};

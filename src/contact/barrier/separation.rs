@@ -1,0 +1,136 @@
+//! The offset between the closest points of two simplices as a function of their corners.
+
+use crate::contact::closest_on_triangle;
+use crate::units::Vec3;
+
+/// Barycentric shares below this are zero: a closest point that lies on the border of two regions belongs to the
+/// lesser feature on both sides of a mirror, whatever rounding says.
+const TIE: f64 = 1e-10;
+/// Squared sine below which edges are parallel.
+const PARALLEL: f64 = 1e-14;
+
+/// `r = sum_i a_i(beta) x_i` between the closest points of two simplices with the corners `x_i`, where `beta` are the
+/// parameters (none, one or two) that minimise `|r|` over the feature that the points lie on.
+///
+/// The envelope theorem gives `grad d = a_i r / d`; what `beta` gives way by gives the second derivative.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Separation {
+    /// `r`, mm.
+    pub(super) offset: Vec3,
+    /// `a_i` of each corner; zero for a corner that the feature has not. They sum to zero.
+    pub(super) shares: [f64; 4],
+    /// `d a_i / d beta_k`.
+    pub(super) slopes: [[f64; 4]; 2],
+    /// `d r / d beta_k`, mm.
+    pub(super) tangents: [Vec3; 2],
+    /// Number of parameters.
+    pub(super) n_free: usize,
+}
+
+impl Separation {
+    fn new(x: &[Vec3; 4], shares: [f64; 4], slopes: [[f64; 4]; 2], n_free: usize) -> Self {
+        // Taken from a corner, so that coordinates far from the origin do not round the offset.
+        let combined = |c: &[f64; 4]| (1..4).map(|i| c[i] * (x[i] - x[0])).sum::<Vec3>();
+        Self {
+            offset: combined(&shares),
+            shares,
+            slopes,
+            tangents: [combined(&slopes[0]), combined(&slopes[1])],
+            n_free,
+        }
+    }
+
+    /// Of corner `i` from corner `j`.
+    fn corner_corner(x: &[Vec3; 4], i: usize, j: usize) -> Self {
+        let mut shares = [0.; 4];
+        (shares[i], shares[j]) = (1., -1.);
+        Self::new(x, shares, [[0.; 4]; 2], 0)
+    }
+
+    /// Of corner `i` from the line through corners `j` and `k`.
+    fn corner_line(x: &[Vec3; 4], i: usize, [j, k]: [usize; 2]) -> Self {
+        let along = x[k] - x[j];
+        let beta = (x[i] - x[j]).dot(&along) / along.norm_squared();
+        let (mut shares, mut slope) = ([0.; 4], [0.; 4]);
+        (shares[i], shares[j], shares[k]) = (1., beta - 1., -beta);
+        (slope[j], slope[k]) = (1., -1.);
+        Self::new(x, shares, [slope, [0.; 4]], 1)
+    }
+
+    /// Of corner 0 from the simplex of the next `n - 1` corners, whose inside has its closest point.
+    pub(super) fn of_vertex(x: &[Vec3; 4], n: usize) -> Self {
+        match n {
+            2 => Self::corner_corner(x, 0, 1),
+            3 => Self::corner_line(x, 0, [1, 2]),
+            _ => Self::corner_plane(x),
+        }
+    }
+
+    /// Of corner 0 from the plane of the others.
+    fn corner_plane(x: &[Vec3; 4]) -> Self {
+        let (e, f, p) = (x[2] - x[1], x[3] - x[1], x[0] - x[1]);
+        let (ee, ef, ff) = (e.norm_squared(), e.dot(&f), f.norm_squared());
+        let (pe, pf) = (p.dot(&e), p.dot(&f));
+        let determinant = e.cross(&f).norm_squared();
+        let (s, t) = ((ff * pe - ef * pf) / determinant, (ee * pf - ef * pe) / determinant);
+        Self::new(x, [1., s + t - 1., -s, -t], [[0., 1., -1., 0.], [0., 1., 0., -1.]], 2)
+    }
+
+    /// Of the edge of corners 0 and 1 from that of corners 2 and 3.
+    pub(super) fn of_edges(x: &[Vec3; 4]) -> Self {
+        let (u, v, w) = (x[1] - x[0], x[3] - x[2], x[0] - x[2]);
+        let (uu, uv, vv) = (u.norm_squared(), u.dot(&v), v.norm_squared());
+        let determinant = u.cross(&v).norm_squared();
+        if determinant > PARALLEL * uu * vv {
+            let (uw, vw) = (u.dot(&w), v.dot(&w));
+            let (s, t) = ((uv * vw - vv * uw) / determinant, (uu * vw - uv * uw) / determinant);
+            if [s, t].iter().all(|beta| (TIE..=1. - TIE).contains(beta)) {
+                let slopes = [[-1., 1., 0., 0.], [0., 0., 1., -1.]];
+                return Self::new(x, [1. - s, s, t - 1., -t], slopes, 2);
+            }
+        }
+        let mut best: Option<Self> = None;
+        for (i, edge) in [(0, [2, 3]), (1, [2, 3]), (2, [0, 1]), (3, [0, 1])] {
+            let near = match nearest_on_edge(x[i], edge.map(|k| x[k])) {
+                OnEdge::End(k) => Self::corner_corner(x, i, edge[k]),
+                OnEdge::Inside => Self::corner_line(x, i, edge),
+            };
+            if best.is_none_or(|b| near.offset.norm_squared() < b.offset.norm_squared()) {
+                best = Some(near);
+            }
+        }
+        best.unwrap_or_else(|| Self::corner_corner(x, 0, 2))
+    }
+
+    /// Distance, mm.
+    pub(super) fn distance(&self) -> f64 {
+        self.offset.norm()
+    }
+}
+
+/// Where on an edge its closest point lies.
+pub(super) enum OnEdge {
+    /// At end 0 or 1.
+    End(usize),
+    /// Between.
+    Inside,
+}
+
+/// Where on the edge `[a, b]` the point closest to `p` lies.
+pub(super) fn nearest_on_edge(p: Vec3, [a, b]: [Vec3; 2]) -> OnEdge {
+    let along = b - a;
+    let (reached, whole) = ((p - a).dot(&along), along.norm_squared());
+    if reached <= TIE * whole {
+        OnEdge::End(0)
+    } else if reached >= (1. - TIE) * whole {
+        OnEdge::End(1)
+    } else {
+        OnEdge::Inside
+    }
+}
+
+/// Which corners of the triangle `t` carry the point of it that is closest to `p`, and its squared distance, mm².
+pub(super) fn nearest_on_triangle(p: Vec3, t: [Vec3; 3]) -> ([bool; 3], f64) {
+    let hit = closest_on_triangle(p, t);
+    (hit.weights.map(|w| w > TIE), (p - hit.point).norm_squared())
+}
