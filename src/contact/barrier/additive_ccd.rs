@@ -5,14 +5,16 @@ use crate::units::Vec3;
 
 /// Share of its distance at the start that every pair keeps.
 const KEPT: f64 = 0.1;
+/// Times what is kept at which a pair is done.
+const NEARLY: f64 = 1.1;
 /// A pair that is not done after so many advances stops where it is; each of them is safe.
 const MAX_ADVANCES: usize = 1000;
 
 /// How much of the step from `start` to `start + steps`, at most `limit`, keeps a tenth of the distance at its start.
 ///
 /// `distance` is that of two simplices with these four corners, of which the first `n_first` are the first simplex. No
-/// point of either moves faster than its fastest corner, so that the time to lose what there is to lose is known; taken
-/// again and again, it approaches the time of contact from below.
+/// point of either moves faster than its fastest corner, so that no distance is lost sooner than that takes; taken again
+/// and again, such times approach the end from below.
 ///
 /// Source: Li, Kaufman and Jiang (2021), Codimensional Incremental Potential Contact, algorithm 1.
 pub(super) fn additive_ccd(
@@ -33,16 +35,14 @@ pub(super) fn additive_ccd(
     }
     let mut t = 0.;
     for _ in 0..MAX_ADVANCES {
-        // Not all that is left, which would close the distance where the fastest corners meet head-on.
-        let next = t + (1. - KEPT) * left / speed;
-        if next >= limit {
-            return limit;
-        }
-        left = distance(std::array::from_fn(|k| start[k] + next * steps[k]));
-        if left < kept {
+        if left <= NEARLY * kept {
             break;
         }
-        t = next;
+        t += (left - kept) / speed;
+        if t >= limit {
+            return limit;
+        }
+        left = distance(std::array::from_fn(|k| start[k] + t * steps[k]));
     }
     t
 }

@@ -6,7 +6,7 @@ use super::additive_ccd::{additive_ccd, edge_edge_distance, vertex_triangle_dist
 use super::broad_phase::BroadPhase;
 use super::rest::Rest;
 use super::separation::{Separation, nearest_on_triangle};
-use super::term::{Term, Terms};
+use super::term::Terms;
 use super::{
     Barrier, BarrierError, Candidates, CollisionSurface, ContactDerivatives, ContactPoint, Curvature,
 };
@@ -34,7 +34,9 @@ impl BarrierContact {
     /// Contact of `surface`, whose vertices are at `rest` at rest.
     ///
     /// No pair reaches over more than 0.9 of its distance at rest, so that nothing pushes there, however near surfaces
-    /// lie; a vertex has one reach for all that it meets. Pairs that have a vertex in common never count.
+    /// lie; a vertex has one reach for all that it meets. Pairs never count that have a vertex in common, or a mesh node
+    /// while they look the same way at rest within 60 degrees: parts of one sheet, which the cells behind keep from
+    /// folding.
     ///
     /// # Errors
     /// [`BarrierError`] when surfaces cross or touch at rest, a position is not finite, or a constant of `barrier` is not
@@ -71,7 +73,7 @@ impl BarrierContact {
 
     /// The pairs that may come within reach while every vertex goes straight `from` there `to` here.
     pub fn candidates(&self, from: &[Vec3], to: &[Vec3]) -> Candidates {
-        self.broad.candidates(&self.surface, from, to, |v| self.rest.reaches[v], self.barrier.reach_mm)
+        self.broad.candidates(&self.surface, from, to, |v| self.rest.reaches[v], self.barrier.edge_reach_mm())
     }
 
     /// The share of the step `from` there `to` here, 1 at most, over which every pair keeps a tenth of its distance at
@@ -154,5 +156,332 @@ impl BarrierContact {
 
     fn terms<'a>(&'a self, x: &'a [Vec3]) -> Terms<'a> {
         Terms { surface: &self.surface, rest: &self.rest, barrier: &self.barrier, x }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, Rotation3};
+
+    use super::*;
+    use crate::contact::Facets;
+    use crate::contact::barrier::testing::{Random, sheet, triangulated};
+    use crate::contact::barrier::{Body, Crossing};
+    use crate::mesh::{Cell, CellKind, Mesh, Surface};
+
+    const BARRIER: Barrier = Barrier { reach_mm: 0.4, stiffness: 0.1 };
+
+    struct Pressed {
+        contact: BarrierContact,
+        mesh: Mesh,
+        obstacle: Surface,
+    }
+
+    /// The top of a slab of `n` x `n` cells below a plane of `m` x `m` squares, 1 mm apart at rest.
+    fn pressed(n: usize, m: usize, subdivision: usize) -> Pressed {
+        let (mesh, obstacle) = (sheet(n, 0.), triangulated(m, 1.));
+        let top: Vec<usize> = (0..mesh.n_nodes()).filter(|&k| mesh.points[k].z == 0.).collect();
+        let facets = Facets::of(&mesh).within(&top);
+        let surface = CollisionSurface::new(&mesh, &facets, &[&obstacle], subdivision);
+        let rest = surface.positions(&mesh.points, &[obstacle.points.clone()]);
+        Pressed { contact: BarrierContact::new(surface, &rest, BARRIER).unwrap(), mesh, obstacle }
+    }
+
+    impl Pressed {
+        fn at(&self, nodes: &[Vec3], lift: f64) -> Vec<Vec3> {
+            let obstacle = self.obstacle.points.iter().map(|p| p + Vec3::z() * lift).collect();
+            self.contact.surface.positions(nodes, &[obstacle])
+        }
+
+        /// Nodes displaced by up to `by`, mm.
+        fn shaken(&self, by: f64, seed: u64) -> Vec<Vec3> {
+            let mut random = Random(seed);
+            self.mesh.points.iter().map(|p| p + by * random.point()).collect()
+        }
+    }
+
+    #[test]
+    fn nothing_pushes_at_rest_however_near_surfaces_lie() {
+        for gap in [3., 0.3, 0.02, 1e-4] {
+            let (mesh, obstacle) = (sheet(3, 1. - gap), triangulated(4, 1.));
+            let surface = CollisionSurface::new(&mesh, &Facets::of(&mesh), &[&obstacle], 1);
+            let rest = surface.positions(&mesh.points, &[obstacle.points.clone()]);
+            let contact = BarrierContact::new(surface, &rest, BARRIER).unwrap();
+            let candidates = contact.candidates(&rest, &rest);
+            let derivatives = contact.derivatives(&rest, &candidates, Curvature::Exact);
+            assert_eq!((derivatives.energy, derivatives.blocks.len()), (0., 0), "{gap}");
+            // Half as near, and it does.
+            let nodes: Vec<Vec3> = mesh.points.iter().map(|p| p + Vec3::z() * 0.8 * gap).collect();
+            let x = contact.surface.positions(&nodes, &[obstacle.points.clone()]);
+            let energy = contact.energy(&x, &contact.candidates(&x, &x));
+            assert_eq!(energy > 0., 0.2 * gap < 0.4, "{gap}: {energy}");
+        }
+    }
+
+    #[test]
+    fn flat_surfaces_press_alike_however_they_are_meshed() {
+        for (gap, tolerance) in [(0.2, 1e-12), (0.1, 0.08)] {
+            let pressure = -BARRIER.at(gap, 0.4)[1];
+            for (n, m, subdivision) in [(3, 5, 1), (4, 4, 1), (5, 17, 1), (7, 10, 2), (16, 9, 1), (8, 3, 3)] {
+                let pressed = pressed(n, m, subdivision);
+                let x = pressed.at(&pressed.mesh.points, gap - 1.);
+                let forces = pressed.contact.vertex_forces(&x, &pressed.contact.candidates(&x, &x));
+                let tissue = pressed.contact.surface.n_tissue_vertices();
+                let on: [Vec3; 2] = [&forces[..tissue], &forces[tissue..]].map(|f| f.iter().sum());
+                let error = -on[0].z / (144. * pressure) - 1.;
+
+                assert!(error.abs() < tolerance, "{n} {m} {subdivision}: {error}");
+                assert!((on[0] + on[1]).norm() < 1e-12 * on[0].norm());
+                assert!(on[0].xy().norm() < 0.01 * on[0].norm(), "{}", on[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn derivatives_by_nodes_are_those_of_the_energy() {
+        for subdivision in [1, 2] {
+            let pressed = pressed(2, 3, subdivision);
+            let nodes = pressed.shaken(0.05, 6);
+            let at = |nodes: &[Vec3]| {
+                let x = pressed.at(nodes, -0.8);
+                let candidates = pressed.contact.candidates(&x, &x);
+                pressed.contact.derivatives(&x, &candidates, Curvature::Exact)
+            };
+            let here = at(&nodes);
+            let n = 3 * nodes.len();
+            let mut dense = DMatrix::zeros(n, n);
+            for (i, j, block) in &here.blocks {
+                assert!(i >= j);
+                dense.view_mut((3 * i, 3 * j), (3, 3)).copy_from(block);
+                dense.view_mut((3 * j, 3 * i), (3, 3)).copy_from(&block.transpose());
+            }
+            assert!(here.energy > 0.);
+            let (h, scale) = (1e-6, dense.amax());
+            for k in 0..n {
+                let [hi, lo] = [h, -h].map(|h| {
+                    let mut nodes = nodes.clone();
+                    nodes[k / 3][k % 3] += h;
+                    at(&nodes)
+                });
+                let slope = (hi.energy - lo.energy) / (2. * h);
+                assert!((slope - here.gradient[k]).abs() < 1e-7, "{k}: {slope} {}", here.gradient[k]);
+                for j in 0..n {
+                    let slope = (hi.gradient[j] - lo.gradient[j]) / (2. * h);
+                    assert!(
+                        (slope - dense[(j, k)]).abs() < 1e-6 * scale,
+                        "{j} {k}: {slope} {}",
+                        dense[(j, k)]
+                    );
+                }
+            }
+            let mut order: Vec<_> = here.blocks.iter().map(|b| (b.0, b.1)).collect();
+            order.dedup();
+            assert!(order.is_sorted() && order.len() == here.blocks.len());
+        }
+    }
+
+    #[test]
+    fn turned_and_moved_surfaces_have_the_same_energy_and_turned_forces() {
+        let pressed = pressed(4, 5, 1);
+        let x = pressed.at(&pressed.shaken(0.05, 7), -0.8);
+        let rotation = Rotation3::from_euler_angles(0.3, -1.1, 2.);
+        let turned: Vec<Vec3> = x.iter().map(|p| rotation * p + Vec3::new(3., -20., 8.)).collect();
+        let contact = &pressed.contact;
+        let [here, there] = [&x, &turned].map(|x| contact.candidates(x, x));
+        let energy = contact.energy(&x, &here);
+        assert!(energy > 0. && (contact.energy(&turned, &there) / energy - 1.).abs() < 1e-11);
+        let forces = contact.vertex_forces(&x, &here);
+        let largest = forces.iter().map(|f| f.norm()).fold(0., f64::max);
+        for (f, g) in forces.iter().zip(contact.vertex_forces(&turned, &there)) {
+            assert!((rotation * f - g).norm() < 1e-10 * largest);
+        }
+        let mut moments = Vec3::zeros();
+        x.iter().zip(&forces).for_each(|(x, f)| moments += x.cross(f));
+        assert!(forces.iter().sum::<Vec3>().norm() < 1e-12 * largest && moments.norm() < 1e-11 * largest);
+    }
+
+    #[test]
+    fn a_mirrored_face_has_mirrored_forces_and_stiffness() {
+        // The slab is its own mirror image about x = 6; the obstacle's squares are not, so it is mirrored by hand.
+        let mesh = sheet(4, 0.);
+        let mirror = |p: &Vec3| Vec3::new(12. - p.x, p.y, p.z);
+        let obstacle = triangulated(6, 1.);
+        let mirrored = Surface {
+            points: obstacle.points.iter().map(mirror).collect(),
+            triangles: obstacle.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect(),
+        };
+        let image: Vec<usize> = mesh
+            .points
+            .iter()
+            .map(|p| mesh.points.iter().position(|q| (mirror(p) - q).norm() < 1e-9).unwrap())
+            .collect();
+        let sides = [&obstacle, &mirrored].map(|obstacle| {
+            let surface = CollisionSurface::new(&mesh, &Facets::of(&mesh), &[obstacle], 1);
+            let rest = surface.positions(&mesh.points, &[obstacle.points.clone()]);
+            BarrierContact::new(surface, &rest, BARRIER).unwrap()
+        });
+        let mut random = Random(8);
+        let nodes: Vec<Vec3> = mesh.points.iter().map(|p| p + 0.03 * random.point()).collect();
+        let mut other = nodes.clone();
+        nodes.iter().zip(&image).for_each(|(p, &k)| other[k] = mirror(p));
+        let lowered = |s: &Surface| s.points.iter().map(|p| p - Vec3::z() * 0.75).collect::<Vec<_>>();
+        let [here, there] =
+            [(&sides[0], &nodes, &obstacle), (&sides[1], &other, &mirrored)].map(|(c, nodes, o)| {
+                let x = c.surface.positions(nodes, &[lowered(o)]);
+                let candidates = c.candidates(&x, &x);
+                let derivatives = c.derivatives(&x, &candidates, Curvature::Projected);
+                (candidates.len(), derivatives)
+            });
+        assert_eq!(here.0, there.0);
+        let scale = here.1.gradient.iter().fold(0., |m: f64, g| m.max(g.abs()));
+        for (k, &other) in image.iter().enumerate() {
+            for axis in 0..3 {
+                let sign = if axis == 0 { -1. } else { 1. };
+                let (g, h) = (here.1.gradient[3 * k + axis], there.1.gradient[3 * other + axis]);
+                assert!((g - sign * h).abs() < 1e-12 * scale, "{g} {h}");
+            }
+        }
+        let trace =
+            |d: &ContactDerivatives| d.blocks.iter().filter(|b| b.0 == b.1).map(|b| b.2.trace()).sum::<f64>();
+        assert!((trace(&here.1) / trace(&there.1) - 1.).abs() < 1e-12);
+        assert_eq!(here.1.blocks.len(), there.1.blocks.len());
+    }
+
+    #[test]
+    fn answers_do_not_depend_on_the_number_of_threads() {
+        let pressed = pressed(12, 16, 2);
+        let [from, to] =
+            [(0.02, -0.5), (0.03, -0.85)].map(|(by, lift)| pressed.at(&pressed.shaken(by, 9), lift));
+        let answer = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let candidates = pressed.contact.candidates(&from, &to);
+                let limit = pressed.contact.step_limit(&from, &to, &candidates);
+                let derivatives = pressed.contact.derivatives(&to, &candidates, Curvature::Projected);
+                (candidates, limit.to_bits(), derivatives)
+            })
+        };
+        let one = answer(1);
+        assert!(one.0.len() > 2000 && one == answer(4));
+    }
+
+    #[test]
+    fn what_passes_through_within_one_step_is_stopped() {
+        let pressed = pressed(3, 4, 1);
+        let from = pressed.at(&pressed.mesh.points, 0.);
+        for fall in [-1.1, -5., -100.] {
+            let to = pressed.at(&pressed.mesh.points, fall);
+            let candidates = pressed.contact.candidates(&from, &to);
+            let limit = pressed.contact.step_limit(&from, &to, &candidates);
+            let left = 1. + limit * fall;
+            assert!((0.1 - 1e-12..0.2).contains(&left), "{fall}: {left}");
+        }
+        let to = pressed.at(&pressed.mesh.points, -0.5);
+        assert_eq!(pressed.contact.step_limit(&from, &to, &pressed.contact.candidates(&from, &to)), 1.);
+        let mut to = to;
+        to[3].x = f64::NAN;
+        assert_eq!(pressed.contact.step_limit(&from, &to, &Candidates::default()), 0.);
+    }
+
+    /// Whether an edge of one triangle passes through the other one.
+    fn cross(a: [Vec3; 3], b: [Vec3; 3]) -> bool {
+        let pierces = |[p, q]: [Vec3; 2], [a, b, c]: [Vec3; 3]| {
+            let volume = |a: Vec3, b: Vec3, c: Vec3, d: Vec3| (b - a).cross(&(c - a)).dot(&(d - a)) > 0.;
+            let around = [volume(p, q, a, b), volume(p, q, b, c), volume(p, q, c, a)];
+            volume(a, b, c, p) != volume(a, b, c, q) && (around == [true; 3] || around == [false; 3])
+        };
+        (0..3).any(|k| pierces([a[k], a[(k + 1) % 3]], b) || pierces([b[k], b[(k + 1) % 3]], a))
+    }
+
+    #[test]
+    fn a_soup_of_tetrahedra_never_crosses() {
+        let mut random = Random(10);
+        let (mut points, mut cells): (Vec<Vec3>, Vec<Cell>) = (Vec::new(), Vec::new());
+        let faces =
+            |p: [Vec3; 4]| [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]].map(|f: [usize; 3]| f.map(|k| p[k]));
+        while cells.len() < 12 {
+            let centre = 2. * random.point();
+            let corners: [Vec3; 4] = std::array::from_fn(|_| centre + random.point());
+            let crosses = |other: &[Vec3]| {
+                let other = faces([other[0], other[1], other[2], other[3]]);
+                faces(corners).iter().any(|a| other.iter().any(|b| cross(*a, *b)))
+            };
+            if !points.chunks(4).any(crosses) {
+                let first = points.len();
+                cells.push(Cell::new(CellKind::Tet4, &[first, first + 1, first + 2, first + 3]));
+                points.extend(corners);
+            }
+        }
+        let mesh = Mesh::new(points, cells);
+        let surface = CollisionSurface::new(&mesh, &Facets::of(&mesh), &[], 1);
+        let mut x = surface.positions(&mesh.points, &[]);
+        let contact = BarrierContact::new(surface, &x, BARRIER).unwrap();
+        let triangles: Vec<[usize; 3]> = contact.surface.triangles().collect();
+        let mut cut = 0;
+        for step in 0..100 {
+            let to: Vec<Vec3> = x.iter().map(|p| p + 0.5 * random.point() - 0.1 * p).collect();
+            let candidates = contact.candidates(&x, &to);
+            let limit = contact.step_limit(&x, &to, &candidates);
+            cut += usize::from(limit < 1.);
+            x = x.iter().zip(&to).map(|(p, q)| p.lerp(q, limit)).collect();
+            for (k, a) in triangles.iter().enumerate() {
+                for b in triangles[..k].iter().filter(|b| !a.iter().any(|v| b.contains(v))) {
+                    assert!(!cross(a.map(|v| x[v]), b.map(|v| x[v])), "step {step}: {a:?} {b:?}");
+                }
+            }
+            assert!(contact.energy(&x, &candidates).is_finite());
+        }
+        assert!(cut > 50, "{cut}");
+    }
+
+    #[test]
+    fn surfaces_that_cross_or_touch_at_rest_are_refused_with_their_places() {
+        for (height, deepest) in [(1.3, 0.3), (1., 0.)] {
+            let (mesh, obstacle) = (sheet(3, height), triangulated(4, 1.));
+            let surface = CollisionSurface::new(&mesh, &Facets::of(&mesh), &[&obstacle], 1);
+            let rest = surface.positions(&mesh.points, &[obstacle.points.clone()]);
+            let Err(BarrierError::Intersecting { crossings }) = BarrierContact::new(surface, &rest, BARRIER)
+            else {
+                panic!("{height} is taken");
+            };
+            let depth = crossings.iter().map(|c| c.depth_mm).fold(0., f64::max);
+            assert!((depth - deepest).abs() < 1e-9, "{depth}");
+            let of_both =
+                |c: &Crossing| c.bodies.contains(&Body::Tissue) && c.bodies.contains(&Body::Obstacle(0));
+            assert!(crossings.iter().all(of_both) && !crossings.is_empty());
+        }
+    }
+
+    #[test]
+    fn constants_and_positions_that_make_no_sense_are_refused() {
+        let mesh = sheet(1, 0.);
+        let surface = CollisionSurface::new(&mesh, &Facets::of(&mesh), &[], 1);
+        let mut rest = surface.positions(&mesh.points, &[]);
+        for (reach_mm, stiffness) in [(0., 1.), (1., f64::NAN), (f64::INFINITY, 1.), (1., -1.)] {
+            let refused = BarrierContact::new(surface.clone(), &rest, Barrier { reach_mm, stiffness });
+            assert!(matches!(refused, Err(BarrierError::Constant { .. })));
+        }
+        rest[2].y = f64::NAN;
+        let refused = BarrierContact::new(surface, &rest, BARRIER);
+        assert!(matches!(refused, Err(BarrierError::NotFinite { vertex: 2, .. })));
+    }
+
+    #[test]
+    fn contact_points_tell_who_pushes_whom() {
+        let pressed = pressed(3, 4, 1);
+        let x = pressed.at(&pressed.mesh.points, -0.8);
+        let candidates = pressed.contact.candidates(&x, &x);
+        let points = pressed.contact.contact_points(&x, &candidates);
+        let mut total = Vec3::zeros();
+        for point in &points {
+            let sign = if point.bodies[0] == Body::Tissue { 1. } else { -1. };
+            assert_ne!(point.bodies[0], point.bodies[1]);
+            assert!((point.gap_mm - 0.2).abs() < 0.21 && point.position.z > 0. && point.position.z < 0.2);
+            total += sign * point.force_n;
+        }
+        let tissue = pressed.contact.surface.n_tissue_vertices();
+        let on_tissue: Vec3 = pressed.contact.vertex_forces(&x, &candidates)[..tissue].iter().sum();
+        assert!((total - on_tissue).norm() < 1e-12 * total.norm() && total.z < 0.);
+        assert!((pressed.contact.least_distance_mm(&x, &candidates) - 0.2).abs() < 1e-12);
     }
 }

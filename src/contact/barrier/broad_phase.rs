@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::CollisionSurface;
+use super::neighbours::Neighbours;
 use super::separation::{Separation, nearest_on_triangle};
 use crate::mesh::{Aabb, Bvh};
 use crate::units::Vec3;
@@ -36,16 +37,21 @@ impl Candidates {
 pub(super) struct BroadPhase {
     triangles: [Bvh; 2],
     edges: [Bvh; 2],
+    neighbours: Neighbours,
 }
 
 impl BroadPhase {
     pub(super) fn new(surface: &CollisionSurface, rest: &[Vec3]) -> Self {
         let [triangles, edges] = boxes(surface, rest, rest);
-        Self { triangles: triangles.map(Bvh::new), edges: edges.map(Bvh::new) }
+        Self {
+            triangles: triangles.map(Bvh::new),
+            edges: edges.map(Bvh::new),
+            neighbours: Neighbours::new(surface, rest),
+        }
     }
 
-    /// The pairs that have no vertex in common and may come nearer to each other than the reach of the vertex, or
-    /// that of edges, while every vertex goes straight `from` there `to` here.
+    /// The pairs that count and may come nearer to each other than the reach of the vertex, or that of edges, while every
+    /// vertex goes straight `from` there `to` here.
     pub(super) fn candidates(
         &self,
         surface: &CollisionSurface,
@@ -68,7 +74,9 @@ impl BroadPhase {
             let start = found.len();
             let mut meet = |t: usize| {
                 let corners = surface.triangles[t];
-                if !corners.contains(&(v as u32)) && motion.vertex_triangle_meet(v as u32, corners, reach) {
+                if motion.vertex_triangle_meet(v as u32, corners, reach)
+                    && self.neighbours.vertex_triangle_count(surface, v, t)
+                {
                     found.push([v as u32, t as u32]);
                 }
             };
@@ -84,8 +92,10 @@ impl BroadPhase {
             let start = found.len();
             let mut meet = |f: usize| {
                 let others = surface.edges[f];
-                let apart = !ends.iter().any(|v| others.contains(v));
-                if f > e && apart && motion.edges_meet(ends, others, edge_reach) {
+                if f > e
+                    && motion.edges_meet(ends, others, edge_reach)
+                    && self.neighbours.edges_count(surface, e, f)
+                {
                     found.push([e as u32, f as u32]);
                 }
             };

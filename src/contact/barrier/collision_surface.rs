@@ -107,6 +107,17 @@ impl CollisionSurface {
         }
     }
 
+    /// The edges of triangle `t`, from each corner to the next.
+    pub(super) fn edges_of(&self, t: usize) -> [Option<usize>; 3] {
+        let [a, b, c] = self.triangles[t];
+        // Edges ascend within tissue and within obstacles, whose vertices come after those of tissue.
+        let (tissue, obstacles) = self.edges.split_at(self.n_tissue_edges);
+        let (edges, first) =
+            if t < self.n_tissue_triangles { (tissue, 0) } else { (obstacles, self.n_tissue_edges) };
+        [[a, b], [b, c], [c, a]]
+            .map(|[v, w]| edges.binary_search(&[v.min(w), v.max(w)]).ok().map(|e| first + e))
+    }
+
     /// What vertex `vertex` belongs to.
     pub fn body(&self, vertex: usize) -> Body {
         match self.obstacles.partition_point(|first| *first <= vertex) {
@@ -151,35 +162,28 @@ fn unique_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
 struct Tissue {
     parts: usize,
     carriers: Vec<Vec<(usize, f64)>>,
-    /// Vertices that neighbouring facets share, by the nodes of a side and the parts counted from the first.
-    shared: BTreeMap<[usize; 3], u32>,
+    /// Vertices by what carries them, so that parts of a facet and neighbouring facets share those of their sides.
+    known: BTreeMap<Vec<(usize, usize)>, u32>,
     triangles: Vec<[u32; 3]>,
 }
 
 impl Tissue {
-    fn vertex(&mut self, carriers: impl Iterator<Item = (usize, usize)>, whole: usize) -> u32 {
-        let mut carriers: Vec<(usize, usize)> = carriers.filter(|(_, parts)| *parts > 0).collect();
-        carriers.sort_unstable();
-        let key = match carriers[..] {
-            [(a, _)] => Some([a, a, 0]),
-            [(a, parts), (b, _)] => Some([a, b, parts * self.parts / whole]),
-            _ => None,
-        };
-        if let Some(&known) = key.and_then(|key| self.shared.get(&key)) {
-            return known;
-        }
-        let vertex = self.carriers.len() as u32;
-        self.carriers.push(carriers.into_iter().map(|(node, w)| (node, w as f64 / whole as f64)).collect());
-        if let Some(key) = key {
-            self.shared.insert(key, vertex);
-        }
-        vertex
+    /// The vertex of these shares, which are counted in whole numbers: they sum to `(2 parts)^2`.
+    fn vertex(&mut self, shares: impl Iterator<Item = (usize, usize)>) -> u32 {
+        let mut shares: Vec<(usize, usize)> = shares.filter(|(_, share)| *share > 0).collect();
+        shares.sort_unstable();
+        let whole = (4 * self.parts * self.parts) as f64;
+        let carriers = &mut self.carriers;
+        *self.known.entry(shares).or_insert_with_key(|shares| {
+            carriers.push(shares.iter().map(|&(node, share)| (node, share as f64 / whole)).collect());
+            (carriers.len() - 1) as u32
+        })
     }
 
     fn add_triangle(&mut self, nodes: [usize; 3]) {
         let n = self.parts;
         let at = |tissue: &mut Self, i: usize, j: usize| {
-            tissue.vertex(nodes.into_iter().zip([n - i - j, i, j]), n)
+            tissue.vertex(nodes.into_iter().zip([n - i - j, i, j].map(|share| 4 * n * share)))
         };
         for j in 0..n {
             for i in 0..n - j {
@@ -197,7 +201,7 @@ impl Tissue {
         // In half parts, so that middles too are counted in whole numbers.
         let n = 2 * self.parts;
         let at = |tissue: &mut Self, i: usize, j: usize| {
-            tissue.vertex(nodes.into_iter().zip([(n - i) * (n - j), i * (n - j), i * j, (n - i) * j]), n * n)
+            tissue.vertex(nodes.into_iter().zip([(n - i) * (n - j), i * (n - j), i * j, (n - i) * j]))
         };
         for j in (0..n).step_by(2) {
             for i in (0..n).step_by(2) {

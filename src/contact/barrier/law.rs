@@ -13,7 +13,14 @@ pub struct Barrier {
     pub stiffness: f64,
 }
 
+/// Reach of edges over that of vertices: surfaces that lie flat on each other are held apart before edges are near.
+const OF_EDGES: f64 = 0.5;
+
 impl Barrier {
+    pub(super) fn edge_reach_mm(&self) -> f64 {
+        OF_EDGES * self.reach_mm
+    }
+
     /// `b`, `b'` and `b''` at distance `d` (mm, positive) with the reach `reach_mm`.
     pub(super) fn at(&self, d: f64, reach_mm: f64) -> [f64; 3] {
         let s = d / reach_mm;

@@ -203,3 +203,105 @@ where
     }
     scaled * eigen.eigenvectors.transpose()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::barrier::mollifier::Mollifier;
+    use crate::contact::barrier::testing::Random;
+
+    const BARRIER: Barrier = Barrier { reach_mm: 4., stiffness: 0.3 };
+
+    /// The term of the corners `x`: of two edges, or of a vertex and `n - 1` corners.
+    fn term(x: &[Vec3], n_first: usize, n: usize, rest: Option<[Vec3; 4]>) -> Term {
+        let vertices = [0, 1, 2, 3];
+        let corners = Term::places(vertices, x);
+        let separation = match n_first {
+            2 => Separation::of_edges(&corners),
+            _ => Separation::of_vertex(&corners, n),
+        };
+        let mollifier = rest.and_then(|rest| Mollifier::new(&rest, &corners));
+        Term { vertices, n, n_first, weight: 0.7, reach_mm: 4., separation, mollifier }
+    }
+
+    fn moved(x: &[Vec3], k: usize, by: f64) -> Vec<Vec3> {
+        let mut x = x.to_vec();
+        x[k / 3][k % 3] += by;
+        x
+    }
+
+    /// Gradient and second derivative by central differences, each of what comes before it; the projected second
+    /// derivative has no negative eigenvalue and differs by the negative part alone.
+    fn check(x: &[Vec3], n_first: usize, n: usize, rest: Option<[Vec3; 4]>) {
+        let h = 1e-6;
+        let here = term(x, n_first, n, rest).derivatives(&BARRIER, x, Curvature::Exact);
+        assert_eq!(term(x, n_first, n, rest).gradient(&BARRIER, x), here.gradient);
+        let scale = here.hessian.norm();
+        for k in 0..12 {
+            let [hi, lo] = [h, -h].map(|h| {
+                let x = moved(x, k, h);
+                let term = term(&x, n_first, n, rest);
+                (term.energy(&BARRIER, &x), term.gradient(&BARRIER, &x))
+            });
+            let slope = (hi.0 - lo.0) / (2. * h);
+            assert!((slope - here.gradient[k / 3][k % 3]).abs() < 1e-7 * (1. + slope.abs()), "{k}: {slope}");
+            for j in 0..12 {
+                let slope = (hi.1[j / 3][j % 3] - lo.1[j / 3][j % 3]) / (2. * h);
+                assert!(
+                    (slope - here.hessian[(j, k)]).abs() < 1e-6 * scale,
+                    "{j} {k}: {slope} {}",
+                    here.hessian[(j, k)]
+                );
+            }
+        }
+        let projected = term(x, n_first, n, rest).derivatives(&BARRIER, x, Curvature::Projected).hessian;
+        let least = projected.symmetric_eigenvalues().min();
+        assert!(least > -1e-12 * scale, "{least}");
+        let expected = positive_part(here.hessian);
+        assert!((projected - expected).norm() < 1e-11 * scale, "{}", (projected - expected).norm() / scale);
+    }
+
+    #[test]
+    fn a_vertex_has_the_derivatives_of_its_energy_against_every_feature() {
+        let mut random = Random(3);
+        for _ in 0..20 {
+            let x: [Vec3; 4] = std::array::from_fn(|_| random.point());
+            (2..=4).for_each(|n| check(&x, 1, n, None));
+        }
+    }
+
+    #[test]
+    fn edges_have_the_derivatives_of_their_energy_in_every_region() {
+        let mut random = Random(4);
+        let mut regions = [0; 3];
+        for _ in 0..80 {
+            let x: [Vec3; 4] = std::array::from_fn(|_| random.point());
+            regions[Separation::of_edges(&x).n_free] += 1;
+            check(&x, 2, 4, None);
+        }
+        assert!(regions.iter().all(|n| *n > 3), "{regions:?}");
+    }
+
+    #[test]
+    fn edges_that_are_nearly_parallel_have_the_derivatives_of_their_smoothed_energy() {
+        let mut random = Random(5);
+        for angle in [0.02, 0.01, 0.003] {
+            let x = [
+                Vec3::zeros(),
+                Vec3::new(2., 0., 0.),
+                Vec3::new(0.3, 0.4, -angle) + 1e-3 * random.point(),
+                Vec3::new(2.3, 0.4, angle) + 1e-3 * random.point(),
+            ];
+            assert!(term(&x, 2, 4, Some(x)).mollifier.is_some());
+            check(&x, 2, 4, Some(x));
+        }
+    }
+
+    #[test]
+    fn parallel_edges_push_each_other_not_at_all() {
+        let x = [Vec3::zeros(), Vec3::x(), Vec3::new(0.2, 0.1, 0.), Vec3::new(1.2, 0.1, 0.)];
+        let local = term(&x, 2, 4, Some(x)).derivatives(&BARRIER, &x, Curvature::Exact);
+        assert_eq!(local.energy, 0.);
+        assert!(local.gradient.iter().all(|g| g.norm() == 0.));
+    }
+}

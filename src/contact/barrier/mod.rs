@@ -2,15 +2,16 @@
 //! they approach.
 //!
 //! ```text
-//! B(x) = 0.9 sum_v A_v / 2 sum_f w_vf b(d_vf)  +  0.1 sum_ee' pi/2 h_e h_e' m(x) b(d_ee')
-//! b(d) = -kappa r (d/r - 1)^2 ln(d/r)   for d < r, else 0
+//! B(x) = sum_v A_v / 2 sum_f w_vf b(d_vf; r_v)  +  0.1 sum_ee' pi/2 h_e h_e' m(x) b(d_ee'; r_ee')
+//! b(d; r) = -kappa r (d/r - 1)^2 ln(d/r)   for d < r, else 0
 //! ```
 //!
 //! v: vertices of either side with a third of the rest area of their triangles, A_v; f: vertices, edges and triangles
 //! of the surface that v meets, counted so that a flat surface counts once however it is triangulated; e: edges, of
 //! width h_e = A_e / l_e, so that edges of two surfaces that cross have between them the area of the surface; m: what
-//! smooths edges that are nearly parallel; r: the reach, of each vertex and pair of edges less than its distance at rest.
-//! Two flat parallel surfaces so press on each other with -b'(d) per area.
+//! smooths edges that are nearly parallel; r: the reach, half as far for edges, and of each vertex and each pair of edges
+//! less than its distance at rest. Two flat parallel surfaces so press on each other with -b'(d) per area, exactly down to
+//! half the reach and within some per cent below, where edges help.
 //!
 //! Every step is cut before surfaces cross: what starts apart stays apart.
 //!
@@ -27,6 +28,7 @@ mod error;
 mod law;
 mod local;
 mod mollifier;
+mod neighbours;
 mod report;
 mod rest;
 mod separation;

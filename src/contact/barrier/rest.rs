@@ -84,18 +84,13 @@ fn areas(surface: &CollisionSurface, x: &[Vec3]) -> (Vec<f64>, Vec<f64>) {
     let place = |v: u32| x[v as usize];
     let mut vertex_areas = vec![0.; x.len()];
     let mut widths = vec![0.; surface.edges.len()];
-    let (n, m) = (surface.n_tissue_triangles, surface.n_tissue_edges);
     for (t, corners) in surface.triangles.iter().enumerate() {
         let [a, b, c] = corners.map(place);
         let third = (b - a).cross(&(c - a)).norm() / 6.;
-        // Edges ascend within tissue and within obstacles, whose vertices come after those of tissue.
-        let (edges, first) = if t < n { (&surface.edges[..m], 0) } else { (&surface.edges[m..], m) };
-        for k in 0..3 {
-            let (v, w) = (corners[k], corners[(k + 1) % 3]);
-            vertex_areas[v as usize] += third;
-            if let Ok(e) = edges.binary_search(&[v.min(w), v.max(w)]) {
-                widths[first + e] += third / (place(v) - place(w)).norm();
-            }
+        corners.iter().for_each(|&v| vertex_areas[v as usize] += third);
+        let lengths = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
+        for (edge, length) in surface.edges_of(t).into_iter().zip(lengths) {
+            edge.into_iter().for_each(|e| widths[e] += third / length);
         }
     }
     (vertex_areas, widths)

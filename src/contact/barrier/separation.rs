@@ -134,3 +134,81 @@ pub(super) fn nearest_on_triangle(p: Vec3, t: [Vec3; 3]) -> ([bool; 3], f64) {
     let hit = closest_on_triangle(p, t);
     (hit.weights.map(|w| w > TIE), (p - hit.point).norm_squared())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::barrier::testing::Random;
+
+    /// The least distance over both parameters by a grid that closes in on the best.
+    fn least(distance: impl Fn(f64, f64) -> f64) -> f64 {
+        let (mut s, mut t, mut size) = (0.5, 0.5, 0.5);
+        for _ in 0..60 {
+            let mut best = (distance(s, t), s, t);
+            for i in -4..=4 {
+                for j in -4..=4 {
+                    let near = (s + size * f64::from(i) / 4., t + size * f64::from(j) / 4.);
+                    let near = (near.0.clamp(0., 1.), near.1.clamp(0., 1.));
+                    let d = distance(near.0, near.1);
+                    if d < best.0 {
+                        best = (d, near.0, near.1);
+                    }
+                }
+            }
+            (s, t, size) = (best.1, best.2, 0.6 * size);
+        }
+        distance(s, t)
+    }
+
+    #[test]
+    fn edges_are_as_far_apart_as_the_best_of_all_their_points() {
+        let mut random = Random(1);
+        let mut regions = [0; 3];
+        for _ in 0..300 {
+            let x: [Vec3; 4] = std::array::from_fn(|_| random.point());
+            let separation = Separation::of_edges(&x);
+            let expected = least(|s, t| (x[0].lerp(&x[1], s) - x[2].lerp(&x[3], t)).norm());
+            assert!((separation.distance() - expected).abs() < 1e-7, "{separation:?} {expected}");
+            regions[separation.n_free] += 1;
+        }
+        assert!(regions.iter().all(|n| *n > 10), "{regions:?}");
+    }
+
+    #[test]
+    fn parallel_edges_are_as_far_apart_as_their_lines_or_their_ends() {
+        let x = |shift: f64| {
+            [Vec3::zeros(), Vec3::x(), Vec3::new(shift, 0.25, 0.), Vec3::new(shift + 2., 0.25, 0.)]
+        };
+        assert!((Separation::of_edges(&x(0.5)).distance() - 0.25).abs() < 1e-15);
+        assert!((Separation::of_edges(&x(-1.5)).distance() - 0.25).abs() < 1e-15);
+        assert!((Separation::of_edges(&x(1.6)).distance() - 0.6f64.hypot(0.25)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_offset_stands_on_the_tangents_and_the_shares_sum_to_nothing() {
+        let mut random = Random(2);
+        for _ in 0..100 {
+            let x: [Vec3; 4] = std::array::from_fn(|_| random.point());
+            for s in
+                [2, 3, 4].map(|n| Separation::of_vertex(&x, n)).into_iter().chain([Separation::of_edges(&x)])
+            {
+                for k in 0..s.n_free {
+                    let cosine = s.offset.dot(&s.tangents[k]) / (s.distance() * s.tangents[k].norm());
+                    assert!(cosine.abs() < 1e-9, "{s:?}");
+                }
+                assert!(s.shares.iter().sum::<f64>().abs() < 1e-12, "{s:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_point_on_the_border_of_regions_belongs_to_the_lesser_feature_on_both_sides() {
+        let t = [Vec3::zeros(), Vec3::new(2., 0., 0.), Vec3::new(0., 2., 0.)];
+        for off in [-1e-12, 0., 1e-12] {
+            assert_eq!(nearest_on_triangle(Vec3::new(1., off, 0.5), t).0, [true, true, false]);
+            assert_eq!(nearest_on_triangle(Vec3::new(off, -1., 0.5), t).0, [true, false, false]);
+            let end = nearest_on_edge(Vec3::new(off, 1., 0.), [t[0], t[1]]);
+            assert!(matches!(end, OnEdge::End(0)));
+        }
+    }
+}

@@ -8,8 +8,8 @@ use super::{Barrier, CollisionSurface};
 use crate::units::Vec3;
 use rayon::prelude::*;
 
-/// Share of the potential that edges have. Vertices alone measure a flat surface exactly, edges only on the mean over
-/// how two meshes lie on each other; but where two creases cross no vertex is near.
+/// Weight of edges. Vertices measure a flat surface exactly, edges only on the mean over how two meshes lie on each
+/// other; but where two creases cross no vertex is near.
 const OF_EDGES: f64 = 0.1;
 /// Area that two crossing edges have between them over the product of their widths, `1 / sin`, on the mean over all
 /// angles between meshes that lie on each other at random.
@@ -125,7 +125,7 @@ impl Terms<'_> {
             let (vertices, n) = ([v, a, b, c], 2 + usize::from(b != NONE) + usize::from(c != NONE));
             let separation = Separation::of_vertex(&Term::places(vertices, self.x), n);
             if separation.distance() < reach_mm {
-                let share = 0.5 * (1. - OF_EDGES) * self.rest.vertex_areas[v as usize];
+                let share = 0.5 * self.rest.vertex_areas[v as usize];
                 let weight = f64::from(count) * share;
                 terms.push(Term { vertices, n, n_first: 1, weight, reach_mm, separation, mollifier: None });
             }
@@ -138,10 +138,11 @@ impl Terms<'_> {
         let x = Term::places(vertices, self.x);
         let separation = Separation::of_edges(&x);
         let distance = separation.distance();
-        if distance >= self.barrier.reach_mm {
+        let far = self.barrier.edge_reach_mm();
+        if distance >= far {
             return None;
         }
-        let reach_mm = self.rest.edge_reach(vertices, self.barrier.reach_mm);
+        let reach_mm = self.rest.edge_reach(vertices, far);
         if distance >= reach_mm {
             return None;
         }
