@@ -71,6 +71,11 @@ impl BarrierContact {
         &self.rest.vertex_areas
     }
 
+    /// How far each vertex reaches, (v), mm.
+    pub fn reaches_mm(&self) -> &[f64] {
+        &self.rest.reaches
+    }
+
     /// The pairs that may come within reach while every vertex goes straight `from` there `to` here.
     pub fn candidates(&self, from: &[Vec3], to: &[Vec3]) -> Candidates {
         self.broad.candidates(&self.surface, from, to, |v| self.rest.reaches[v], self.barrier.edge_reach_mm())
@@ -161,6 +166,8 @@ impl BarrierContact {
 
 #[cfg(test)]
 mod tests {
+    use std::slice;
+
     use nalgebra::{DMatrix, Rotation3};
 
     use super::*;
@@ -183,7 +190,7 @@ mod tests {
         let top: Vec<usize> = (0..mesh.n_nodes()).filter(|&k| mesh.points[k].z == 0.).collect();
         let facets = Facets::of(&mesh).within(&top);
         let surface = CollisionSurface::new(&mesh, &facets, &[&obstacle], subdivision);
-        let rest = surface.positions(&mesh.points, &[obstacle.points.clone()]);
+        let rest = surface.positions(&mesh.points, slice::from_ref(&obstacle.points));
         Pressed { contact: BarrierContact::new(surface, &rest, BARRIER).unwrap(), mesh, obstacle }
     }
 
@@ -205,14 +212,14 @@ mod tests {
         for gap in [3., 0.3, 0.02, 1e-4] {
             let (mesh, obstacle) = (sheet(3, 1. - gap), triangulated(4, 1.));
             let surface = CollisionSurface::new(&mesh, &Facets::of(&mesh), &[&obstacle], 1);
-            let rest = surface.positions(&mesh.points, &[obstacle.points.clone()]);
+            let rest = surface.positions(&mesh.points, slice::from_ref(&obstacle.points));
             let contact = BarrierContact::new(surface, &rest, BARRIER).unwrap();
             let candidates = contact.candidates(&rest, &rest);
             let derivatives = contact.derivatives(&rest, &candidates, Curvature::Exact);
             assert_eq!((derivatives.energy, derivatives.blocks.len()), (0., 0), "{gap}");
             // Half as near, and it does.
             let nodes: Vec<Vec3> = mesh.points.iter().map(|p| p + Vec3::z() * 0.8 * gap).collect();
-            let x = contact.surface.positions(&nodes, &[obstacle.points.clone()]);
+            let x = contact.surface.positions(&nodes, slice::from_ref(&obstacle.points));
             let energy = contact.energy(&x, &contact.candidates(&x, &x));
             assert_eq!(energy > 0., 0.2 * gap < 0.4, "{gap}: {energy}");
         }
@@ -317,7 +324,7 @@ mod tests {
             .collect();
         let sides = [&obstacle, &mirrored].map(|obstacle| {
             let surface = CollisionSurface::new(&mesh, &Facets::of(&mesh), &[obstacle], 1);
-            let rest = surface.positions(&mesh.points, &[obstacle.points.clone()]);
+            let rest = surface.positions(&mesh.points, slice::from_ref(&obstacle.points));
             BarrierContact::new(surface, &rest, BARRIER).unwrap()
         });
         let mut random = Random(8);
@@ -439,7 +446,7 @@ mod tests {
         for (height, deepest) in [(1.3, 0.3), (1., 0.)] {
             let (mesh, obstacle) = (sheet(3, height), triangulated(4, 1.));
             let surface = CollisionSurface::new(&mesh, &Facets::of(&mesh), &[&obstacle], 1);
-            let rest = surface.positions(&mesh.points, &[obstacle.points.clone()]);
+            let rest = surface.positions(&mesh.points, slice::from_ref(&obstacle.points));
             let Err(BarrierError::Intersecting { crossings }) = BarrierContact::new(surface, &rest, BARRIER)
             else {
                 panic!("{height} is taken");

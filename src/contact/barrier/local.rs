@@ -197,7 +197,7 @@ where
         + Allocator<DimDiff<Const<N>, U1>>,
 {
     let eigen = OMatrix::<f64, Const<N>, Const<N>>::symmetric_eigen(matrix);
-    let mut scaled = eigen.eigenvectors.clone();
+    let mut scaled = eigen.eigenvectors;
     for (mut column, value) in scaled.column_iter_mut().zip(eigen.eigenvalues.iter()) {
         column *= value.max(0.);
     }

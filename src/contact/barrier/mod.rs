@@ -6,9 +6,9 @@
 //! b(d; r) = -kappa r (d/r - 1)^2 ln(d/r)   for d < r, else 0
 //! ```
 //!
-//! v: vertices of either side with a third of the rest area of their triangles, A_v; f: vertices, edges and triangles
+//! v: vertices of either side with a third of the rest area of their triangles, `A_v`; f: vertices, edges and triangles
 //! of the surface that v meets, counted so that a flat surface counts once however it is triangulated; e: edges, of
-//! width h_e = A_e / l_e, so that edges of two surfaces that cross have between them the area of the surface; m: what
+//! width `h_e = A_e / l_e`, so that edges of two surfaces that cross have between them the area of the surface; m: what
 //! smooths edges that are nearly parallel; r: the reach, half as far for edges, and of each vertex and each pair of edges
 //! less than its distance at rest. Two flat parallel surfaces so press on each other with -b'(d) per area, exactly down to
 //! half the reach and within some per cent below, where edges help.

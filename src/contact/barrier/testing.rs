@@ -7,14 +7,10 @@ use crate::units::Vec3;
 pub(super) fn sheet(n: usize, z: f64) -> Mesh {
     let at = |i: usize, j: usize, k: usize| i + (n + 1) * (j + (n + 1) * k);
     let mut points = Vec::new();
-    for k in 0..2 {
+    for height in [z - 1., z] {
         for j in 0..=n {
             for i in 0..=n {
-                points.push(Vec3::new(
-                    12. * i as f64 / n as f64,
-                    12. * j as f64 / n as f64,
-                    z - 1. + k as f64,
-                ));
+                points.push(Vec3::new(12. * i as f64 / n as f64, 12. * j as f64 / n as f64, height));
             }
         }
     }
