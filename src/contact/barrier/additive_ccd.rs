@@ -1,6 +1,6 @@
 //! How far a step may go.
 
-use super::separation::{Separation, nearest_on_triangle};
+use super::separation::{edges_squared_distance, nearest_on_triangle};
 use crate::units::Vec3;
 
 /// Share of its distance at the start that every pair keeps.
@@ -54,5 +54,5 @@ pub(super) fn vertex_triangle_distance([p, a, b, c]: [Vec3; 4]) -> f64 {
 
 /// Distance of the edge of corners 0 and 1 from that of corners 2 and 3, mm.
 pub(super) fn edge_edge_distance(x: [Vec3; 4]) -> f64 {
-    Separation::of_edges(&x).distance()
+    edges_squared_distance(&x).sqrt()
 }

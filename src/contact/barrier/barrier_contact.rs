@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::additive_ccd::{additive_ccd, edge_edge_distance, vertex_triangle_distance};
 use super::broad_phase::BroadPhase;
 use super::rest::Rest;
-use super::separation::{Separation, nearest_on_triangle};
+use super::separation::{edges_squared_distance, nearest_on_triangle};
 use super::term::Terms;
 use super::{
     Barrier, BarrierError, Candidates, CollisionSurface, ContactDerivatives, ContactPoint, Curvature,
@@ -153,7 +153,7 @@ impl BarrierContact {
         };
         let of_edges = |&[e, f]: &[u32; 2]| {
             let ([a, b], [c, d]) = (self.surface.edges[e as usize], self.surface.edges[f as usize]);
-            Separation::of_edges(&[a, b, c, d].map(place)).distance()
+            edges_squared_distance(&[a, b, c, d].map(place)).sqrt()
         };
         let vertices = candidates.vertex_triangles.iter().map(of_vertex);
         vertices.chain(candidates.edge_edges.iter().map(of_edges)).fold(f64::INFINITY, f64::min)
@@ -285,6 +285,80 @@ mod tests {
             order.dedup();
             assert!(order.is_sorted() && order.len() == here.blocks.len());
         }
+    }
+
+    #[test]
+    fn a_surface_that_slides_over_ridges_and_valleys_does_the_work_of_its_energy() {
+        // Facets of the obstacle stand at all angles to each other, so that the top of the slab passes from triangle to
+        // edge to vertex of it, and of several at once.
+        let mut pressed = pressed(3, 7, 1);
+        let mut random = Random(11);
+        pressed.obstacle.points.iter_mut().for_each(|p| p.z += 0.2 * random.number());
+        let surface =
+            CollisionSurface::new(&pressed.mesh, &Facets::of(&pressed.mesh), &[&pressed.obstacle], 1);
+        let rest = surface.positions(&pressed.mesh.points, slice::from_ref(&pressed.obstacle.points));
+        pressed.contact = BarrierContact::new(surface, &rest, BARRIER).unwrap();
+        let steps = 1500;
+        let along = Vec3::new(2.9, 1.7, 0.);
+        let state = |k: usize| {
+            let shift = along * (k as f64 / steps as f64);
+            let nodes: Vec<Vec3> = pressed.mesh.points.iter().map(|p| p + shift).collect();
+            let x = pressed.at(&nodes, -0.7);
+            let d =
+                pressed.contact.derivatives(&x, &pressed.contact.candidates(&x, &x), Curvature::Projected);
+            let slope: f64 = d.gradient.chunks(3).map(|g| Vec3::new(g[0], g[1], g[2]).dot(&along)).sum();
+            (d.energy, slope / steps as f64)
+        };
+        let mut before = state(0);
+        let mut range = [before.0; 2];
+        for k in 1..=steps {
+            let now = state(k);
+            let work = 0.5 * (before.1 + now.1);
+            assert!((now.0 - before.0 - work).abs() < 3e-5 * now.0, "{k}: {} {work}", now.0 - before.0);
+            range = [range[0].min(now.0), range[1].max(now.0)];
+            before = now;
+        }
+        assert!(range[1] > 1.2 * range[0], "{range:?}");
+    }
+
+    #[test]
+    fn every_pair_that_comes_within_reach_is_a_candidate() {
+        let pressed = pressed(4, 5, 1);
+        let contact = &pressed.contact;
+        let from = pressed.at(&pressed.shaken(0.05, 12), -0.3);
+        let to = pressed.at(&pressed.shaken(0.4, 13), -0.9);
+        let candidates = contact.candidates(&from, &to);
+        let surface = &contact.surface;
+        let (mut missed, mut met) = (0, 0);
+        for share in [0., 0.3, 0.5, 0.8, 1.] {
+            let x: Vec<Vec3> = from.iter().zip(&to).map(|(p, q)| p.lerp(q, share)).collect();
+            let place = |v: u32| x[v as usize];
+            for v in 0..x.len() as u32 {
+                for (t, corners) in surface.triangles.iter().enumerate() {
+                    let obstacles =
+                        surface.carriers(v as usize).is_empty() && t >= surface.n_tissue_triangles;
+                    let distance = nearest_on_triangle(place(v), corners.map(place)).1.sqrt();
+                    let shares = surface.carriers(v as usize).iter().any(|(node, _)| {
+                        corners.iter().any(|&c| surface.carriers(c as usize).iter().any(|s| s.0 == *node))
+                    });
+                    if distance < contact.rest.reaches[v as usize] && !obstacles && !shares {
+                        met += 1;
+                        missed += usize::from(!candidates.vertex_triangles.contains(&[v, t as u32]));
+                    }
+                }
+            }
+            for (e, &[a, b]) in surface.edges[..surface.n_tissue_edges].iter().enumerate() {
+                for (f, &[c, d]) in surface.edges.iter().enumerate().skip(surface.n_tissue_edges) {
+                    if edges_squared_distance(&[a, b, c, d].map(place)).sqrt() < BARRIER.edge_reach_mm() {
+                        met += 1;
+                        missed += usize::from(!candidates.edge_edges.contains(&[e as u32, f as u32]));
+                    }
+                }
+            }
+        }
+        assert!(met > 200 && missed == 0, "{missed} of {met}");
+        let unique = |pairs: &[[u32; 2]]| pairs.is_sorted_by(|a, b| a < b);
+        assert!(unique(&candidates.vertex_triangles) && unique(&candidates.edge_edges));
     }
 
     #[test]

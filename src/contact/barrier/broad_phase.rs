@@ -4,12 +4,12 @@ use rayon::prelude::*;
 
 use super::CollisionSurface;
 use super::neighbours::Neighbours;
-use super::separation::{Separation, nearest_on_triangle};
+use super::separation::{edges_squared_distance, nearest_on_triangle};
 use crate::mesh::{Aabb, Bvh};
 use crate::units::Vec3;
 
-/// Simplices that one task looks at.
-const BATCH: usize = 256;
+/// How many tasks the search among two trees is divided into.
+const TASKS: usize = 64;
 
 /// Pairs that may come within reach: of a vertex and a triangle, and of two edges, each in ascending order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -30,22 +30,22 @@ impl Candidates {
     }
 }
 
-/// Trees of boxes, whose shape is that of rest.
-///
-/// Obstacles have trees of their own, so that no pair of two obstacles is ever met.
+/// Trees of boxes, whose shape is that of rest: of tissue, and of obstacles, so that no pair of two obstacles is met.
 #[derive(Clone, Debug)]
 pub(super) struct BroadPhase {
-    triangles: [Bvh; 2],
+    vertices: [Bvh; 2],
     edges: [Bvh; 2],
+    triangles: [Bvh; 2],
     neighbours: Neighbours,
 }
 
 impl BroadPhase {
     pub(super) fn new(surface: &CollisionSurface, rest: &[Vec3]) -> Self {
-        let [triangles, edges] = boxes(surface, rest, rest);
+        let motion = Motion { from: rest, to: rest };
         Self {
-            triangles: triangles.map(Bvh::new),
-            edges: edges.map(Bvh::new),
+            vertices: motion.vertex_boxes(surface, |_| 0.).map(Bvh::new),
+            edges: motion.edge_boxes(surface, 0.).map(Bvh::new),
+            triangles: motion.triangle_boxes(surface).map(Bvh::new),
             neighbours: Neighbours::new(surface, rest),
         }
     }
@@ -60,93 +60,73 @@ impl BroadPhase {
         vertex_reach: impl Fn(usize) -> f64 + Sync,
         edge_reach: f64,
     ) -> Candidates {
-        let [triangle_boxes, edge_boxes] = boxes(surface, from, to);
-        let refit = |trees: &[Bvh; 2], [tissue, obstacles]: [Vec<Aabb>; 2]| {
-            [trees[0].refitted(tissue), trees[1].refitted(obstacles)]
-        };
-        let (triangles, edges) =
-            rayon::join(|| refit(&self.triangles, triangle_boxes), || refit(&self.edges, edge_boxes));
         let motion = Motion { from, to };
-
-        let of_vertex = |v: usize, found: &mut Vec<[u32; 2]>| {
-            let reach = vertex_reach(v);
-            let path = Aabb::around([from[v], to[v]]).widened(reach);
-            let start = found.len();
-            let mut meet = |t: usize| {
-                let corners = surface.triangles[t];
-                if motion.vertex_triangle_meet(v as u32, corners, reach)
-                    && self.neighbours.vertex_triangle_count(surface, v, t)
-                {
-                    found.push([v as u32, t as u32]);
-                }
-            };
-            triangles[0].for_each_overlapping(&path, &mut meet);
-            if v < surface.n_tissue_vertices() {
-                triangles[1].for_each_overlapping(&path, |t| meet(surface.n_tissue_triangles + t));
-            }
-            found[start..].sort_unstable();
+        let vertex_triangle = |v: usize, t: usize| {
+            let meet = self.neighbours.vertex_triangle_count(surface, v, t)
+                && motion.vertex_triangle_meet(v as u32, surface.triangles[t], vertex_reach(v));
+            meet.then_some([v as u32, t as u32])
         };
-        let of_edge = |e: usize, found: &mut Vec<[u32; 2]>| {
-            let ends = surface.edges[e];
-            let path = Aabb::around(motion.places(ends)).widened(edge_reach);
-            let start = found.len();
-            let mut meet = |f: usize| {
-                let others = surface.edges[f];
-                if f > e
-                    && motion.edges_meet(ends, others, edge_reach)
-                    && self.neighbours.edges_count(surface, e, f)
-                {
-                    found.push([e as u32, f as u32]);
-                }
-            };
-            edges[0].for_each_overlapping(&path, &mut meet);
-            edges[1].for_each_overlapping(&path, |f| meet(surface.n_tissue_edges + f));
-            found[start..].sort_unstable();
+        let edge_edge = |e: usize, f: usize| {
+            let (e, f) = (e.min(f), e.max(f));
+            let meet = self.neighbours.edges_count(surface, e, f)
+                && motion.edges_meet(surface.edges[e], surface.edges[f], edge_reach);
+            meet.then_some([e as u32, f as u32])
         };
-        Candidates {
-            vertex_triangles: in_order(surface.n_vertices(), of_vertex),
-            edge_edges: in_order(surface.n_tissue_edges, of_edge),
-        }
+        let of_vertices = || {
+            let vertices = refitted(&self.vertices, motion.vertex_boxes(surface, &vertex_reach));
+            let triangles = refitted(&self.triangles, motion.triangle_boxes(surface));
+            let firsts = [surface.n_tissue_vertices(), surface.n_tissue_triangles];
+            let mut pairs = overlapping([&vertices[0], &triangles[0]], [0, 0], vertex_triangle);
+            pairs.extend(overlapping([&vertices[0], &triangles[1]], [0, firsts[1]], vertex_triangle));
+            pairs.extend(overlapping([&vertices[1], &triangles[0]], [firsts[0], 0], vertex_triangle));
+            pairs.par_sort_unstable();
+            pairs
+        };
+        let of_edges = || {
+            // Either of two edges has half of what is between them.
+            let edges = refitted(&self.edges, motion.edge_boxes(surface, 0.5 * edge_reach));
+            let mut pairs = overlapping([&edges[0], &edges[0]], [0, 0], edge_edge);
+            pairs.extend(overlapping([&edges[0], &edges[1]], [0, surface.n_tissue_edges], edge_edge));
+            pairs.par_sort_unstable();
+            pairs
+        };
+        let (vertex_triangles, edge_edges) = rayon::join(of_vertices, of_edges);
+        Candidates { vertex_triangles, edge_edges }
     }
 
-    /// Calls `visit(edge, triangle)` for those whose boxes at rest overlap, one of them of tissue.
+    /// What `visit(edge, triangle)` finds for those whose boxes at rest overlap, one of them of tissue.
     pub(super) fn crossings<T: Send>(
         &self,
         surface: &CollisionSurface,
-        x: &[Vec3],
         visit: impl Fn(usize, usize) -> Option<T> + Sync,
     ) -> Vec<T> {
-        in_order(surface.edges.len(), |e, found| {
-            let bounds = Aabb::around(surface.edges[e].map(|v| x[v as usize]));
-            let mut hits = Vec::new();
-            self.triangles[0].for_each_overlapping(&bounds, |t| hits.push(t));
-            if e < surface.n_tissue_edges {
-                self.triangles[1]
-                    .for_each_overlapping(&bounds, |t| hits.push(surface.n_tissue_triangles + t));
-            }
-            hits.sort_unstable();
-            found.extend(hits.into_iter().filter_map(|t| visit(e, t)));
-        })
+        let (edges, triangles) = (&self.edges, &self.triangles);
+        let firsts = [surface.n_tissue_edges, surface.n_tissue_triangles];
+        let mut found = overlapping([&edges[0], &triangles[0]], [0, 0], &visit);
+        found.extend(overlapping([&edges[0], &triangles[1]], [0, firsts[1]], &visit));
+        found.extend(overlapping([&edges[1], &triangles[0]], [firsts[0], 0], &visit));
+        found
     }
 }
 
-/// What `find` adds for each of `0..n`, in their order whatever the number of threads.
-fn in_order<T: Send>(n: usize, find: impl Fn(usize, &mut Vec<T>) + Sync) -> Vec<T> {
-    let batch = |k: usize| {
-        let mut found = Vec::new();
-        (k * BATCH..((k + 1) * BATCH).min(n)).for_each(|i| find(i, &mut found));
-        found
-    };
-    (0..n.div_ceil(BATCH)).into_par_iter().map(batch).collect::<Vec<_>>().into_iter().flatten().collect()
+fn refitted(trees: &[Bvh; 2], [tissue, obstacles]: [Vec<Aabb>; 2]) -> [Bvh; 2] {
+    [trees[0].refitted(&tissue), trees[1].refitted(&obstacles)]
 }
 
-/// Boxes about the paths of the triangles and of the edges, of tissue and of obstacles.
-fn boxes(surface: &CollisionSurface, from: &[Vec3], to: &[Vec3]) -> [[Vec<Aabb>; 2]; 2] {
-    let motion = Motion { from, to };
-    let (tissue, obstacles) = surface.triangles.split_at(surface.n_tissue_triangles);
-    let triangles = [tissue, obstacles].map(|t| t.iter().map(|t| Aabb::around(motion.places(*t))).collect());
-    let (tissue, obstacles) = surface.edges.split_at(surface.n_tissue_edges);
-    [triangles, [tissue, obstacles].map(|e| e.iter().map(|e| Aabb::around(motion.places(*e))).collect())]
+/// What `find` finds for items of two trees whose boxes overlap, counted from `firsts`; in the same order whatever the
+/// number of threads.
+fn overlapping<T: Send>(
+    trees: [&Bvh; 2],
+    firsts: [usize; 2],
+    find: impl Fn(usize, usize) -> Option<T> + Sync,
+) -> Vec<T> {
+    let below = |meeting: [usize; 2]| {
+        let mut found = Vec::new();
+        trees[0].pairs_below(trees[1], meeting, |i, j| found.extend(find(firsts[0] + i, firsts[1] + j)));
+        found
+    };
+    let meetings = trees[0].meetings(trees[1], TASKS);
+    meetings.into_par_iter().map(below).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
 /// Vertices on their way.
@@ -156,6 +136,25 @@ struct Motion<'a> {
 }
 
 impl Motion<'_> {
+    /// Boxes about the paths of vertices, of tissue and of obstacles, widened by the reach of each.
+    fn vertex_boxes(&self, surface: &CollisionSurface, reach: impl Fn(usize) -> f64) -> [Vec<Aabb>; 2] {
+        let of = |v: usize| Aabb::around([self.from[v], self.to[v]]).widened(reach(v));
+        let first = surface.n_tissue_vertices();
+        [(0..first).map(of).collect(), (first..surface.n_vertices()).map(of).collect()]
+    }
+
+    fn edge_boxes(&self, surface: &CollisionSurface, reach: f64) -> [Vec<Aabb>; 2] {
+        let of = |e: &[u32; 2]| Aabb::around(self.places(*e)).widened(reach);
+        let (tissue, obstacles) = surface.edges.split_at(surface.n_tissue_edges);
+        [tissue, obstacles].map(|edges| edges.iter().map(of).collect())
+    }
+
+    fn triangle_boxes(&self, surface: &CollisionSurface) -> [Vec<Aabb>; 2] {
+        let of = |t: &[u32; 3]| Aabb::around(self.places(*t));
+        let (tissue, obstacles) = surface.triangles.split_at(surface.n_tissue_triangles);
+        [tissue, obstacles].map(|triangles| triangles.iter().map(of).collect())
+    }
+
     /// Where `vertices` start and end.
     fn places<const N: usize>(&self, vertices: [u32; N]) -> impl Iterator<Item = Vec3> + '_ {
         vertices.into_iter().flat_map(|v| [self.from[v as usize], self.to[v as usize]])
@@ -182,6 +181,6 @@ impl Motion<'_> {
         let spread = |[a, b]: [u32; 2]| 0.5 * (self.step(a) - self.step(b)).norm();
         let nearer = (mean(e) - mean(f)).norm() + spread(e) + spread(f);
         let [a, b, c, d] = self.at([e[0], e[1], f[0], f[1]]);
-        Separation::of_edges(&[a, b, c, d]).offset.norm_squared() <= (reach + nearer).powi(2)
+        edges_squared_distance(&[a, b, c, d]) <= (reach + nearer).powi(2)
     }
 }

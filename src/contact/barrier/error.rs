@@ -10,7 +10,7 @@ use crate::units::Vec3;
 /// How many places a message lists before it says how many more there are.
 const LISTED: usize = 6;
 
-/// An edge that passes through a triangle, or touches what it should not.
+/// An edge that passes through a triangle, or parts of the surface that touch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Crossing {
     /// Where, mm.
@@ -19,6 +19,8 @@ pub struct Crossing {
     pub depth_mm: f64,
     /// What the edge and the triangle belong to.
     pub bodies: [Body; 2],
+    /// The vertices of the surface (0-based) that either has; of a vertex or an edge that touches, its own.
+    pub vertices: [Vec<usize>; 2],
 }
 
 /// Why there is no barrier contact.

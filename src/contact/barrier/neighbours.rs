@@ -45,16 +45,16 @@ impl Neighbours {
         let (Some(n), Some(m)) = (self.vertex_normals.get(v), self.triangle_normals.get(t)) else {
             return true;
         };
-        let one_sheet = n.dot(m) > ONE_SHEET && share_nodes(surface, &[v as u32], &corners);
-        !one_sheet && !corners.contains(&(v as u32))
+        let one = corners.contains(&(v as u32));
+        !one && !(n.dot(m) > ONE_SHEET && share_nodes(surface, &[v as u32], &corners))
     }
 
     /// Whether the pair of edges `e` and `f` counts.
     pub(super) fn edges_count(&self, surface: &CollisionSurface, e: usize, f: usize) -> bool {
         let (ends, others) = (surface.edges[e], surface.edges[f]);
         let (Some(n), Some(m)) = (self.edge_normals.get(e), self.edge_normals.get(f)) else { return true };
-        let one_sheet = n.dot(m) > ONE_SHEET && share_nodes(surface, &ends, &others);
-        !one_sheet && !ends.iter().any(|v| others.contains(v))
+        let one = ends.iter().any(|v| others.contains(v));
+        !one && !(n.dot(m) > ONE_SHEET && share_nodes(surface, &ends, &others))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::broad_phase::BroadPhase;
 use super::error::{BarrierError, Crossing};
-use super::separation::{Separation, nearest_on_triangle};
+use super::separation::{edges_squared_distance, nearest_on_triangle};
 use super::{Barrier, CollisionSurface};
 use crate::units::Vec3;
 
@@ -31,15 +31,17 @@ impl Rest {
         barrier: &Barrier,
     ) -> Result<Self, BarrierError> {
         let place = |v: u32| positions[v as usize];
-        let pierced = broad.crossings(surface, positions, |e, t| {
+        let crossing = |at, depth_mm, first: &[u32], second: &[u32]| Crossing {
+            at,
+            depth_mm,
+            bodies: [first[0], second[0]].map(|v| surface.body(v as usize)),
+            vertices: [first, second].map(|side| side.iter().map(|&v| v as usize).collect()),
+        };
+        let pierced = broad.crossings(surface, |e, t| {
             let (edge, corners) = (surface.edges[e], surface.triangles[t]);
-            let (at, depth_mm) = crossing(edge.map(place), corners.map(place))?;
+            let (at, depth_mm) = pierced(edge.map(place), corners.map(place))?;
             let apart = !edge.iter().any(|v| corners.contains(v));
-            apart.then(|| Crossing {
-                at,
-                depth_mm,
-                bodies: [edge[0], corners[0]].map(|v| surface.body(v as usize)),
-            })
+            apart.then(|| crossing(at, depth_mm, &edge, &corners))
         });
         if !pierced.is_empty() {
             return Err(BarrierError::Intersecting { crossings: pierced });
@@ -49,22 +51,17 @@ impl Rest {
         let near = broad.candidates(surface, positions, positions, |_| far, TOUCHING_MM);
         let mut distances = vec![far; positions.len()];
         let mut touching = Vec::new();
-        let mut touch = |distance: f64, at: Vec3, vertices: [u32; 2]| {
-            if distance < TOUCHING_MM {
-                let bodies = vertices.map(|v| surface.body(v as usize));
-                touching.push(Crossing { at, depth_mm: 0., bodies });
-            }
-        };
         for &[v, t] in &near.vertex_triangles {
             let corners = surface.triangles[t as usize];
             let distance = nearest_on_triangle(place(v), corners.map(place)).1.sqrt();
             distances[v as usize] = distance.min(distances[v as usize]);
-            touch(distance, place(v), [v, corners[0]]);
+            if distance < TOUCHING_MM {
+                touching.push(crossing(place(v), 0., &[v], &corners));
+            }
         }
         for &[e, f] in &near.edge_edges {
-            let ([a, b], [c, d]) = (surface.edges[e as usize], surface.edges[f as usize]);
-            let distance = Separation::of_edges(&[a, b, c, d].map(place)).distance();
-            touch(distance, 0.5 * (place(a) + place(b)), [a, c]);
+            let [first, second] = [e, f].map(|e| surface.edges[e as usize]);
+            touching.push(crossing(0.5 * (place(first[0]) + place(first[1])), 0., &first, &second));
         }
         if !touching.is_empty() {
             return Err(BarrierError::Intersecting { crossings: touching });
@@ -76,7 +73,7 @@ impl Rest {
     /// How far two edges reach, mm, whose corners are `vertices`.
     pub(super) fn edge_reach(&self, vertices: [u32; 4], reach_mm: f64) -> f64 {
         let x = vertices.map(|v| self.positions[v as usize]);
-        reach_mm.min(OF_REST * Separation::of_edges(&x).distance())
+        reach_mm.min(OF_REST * edges_squared_distance(&x).sqrt())
     }
 }
 
@@ -96,8 +93,8 @@ fn areas(surface: &CollisionSurface, x: &[Vec3]) -> (Vec<f64>, Vec<f64>) {
     (vertex_areas, widths)
 }
 
-/// Where the edge `[p, q]` passes through the triangle `[a, b, c]`, and how deep its nearer end has come.
-fn crossing([p, q]: [Vec3; 2], [a, b, c]: [Vec3; 3]) -> Option<(Vec3, f64)> {
+/// Where the edge `[p, q]` passes through the triangle `[a, b, c]`, and how far its nearer end is behind that, mm.
+fn pierced([p, q]: [Vec3; 2], [a, b, c]: [Vec3; 3]) -> Option<(Vec3, f64)> {
     let normal = (b - a).cross(&(c - a));
     let [hp, hq] = [p, q].map(|x| (x - a).dot(&normal));
     if hp * hq > 0. || hp == hq {

@@ -78,28 +78,13 @@ impl Separation {
 
     /// Of the edge of corners 0 and 1 from that of corners 2 and 3.
     pub(super) fn of_edges(x: &[Vec3; 4]) -> Self {
-        let (u, v, w) = (x[1] - x[0], x[3] - x[2], x[0] - x[2]);
-        let (uu, uv, vv) = (u.norm_squared(), u.dot(&v), v.norm_squared());
-        let determinant = u.cross(&v).norm_squared();
-        if determinant > PARALLEL * uu * vv {
-            let (uw, vw) = (u.dot(&w), v.dot(&w));
-            let (s, t) = ((uv * vw - vv * uw) / determinant, (uu * vw - uv * uw) / determinant);
-            if [s, t].iter().all(|beta| (TIE..=1. - TIE).contains(beta)) {
-                let slopes = [[-1., 1., 0., 0.], [0., 0., 1., -1.]];
-                return Self::new(x, [1. - s, s, t - 1., -t], slopes, 2);
+        match nearest_on_edges(x).0 {
+            OnEdges::Inside(s, t) => {
+                Self::new(x, [1. - s, s, t - 1., -t], [[-1., 1., 0., 0.], [0., 0., 1., -1.]], 2)
             }
+            OnEdges::CornerInside(i, edge) => Self::corner_line(x, i, edge),
+            OnEdges::Corners(i, j) => Self::corner_corner(x, i, j),
         }
-        let mut best: Option<Self> = None;
-        for (i, edge) in [(0, [2, 3]), (1, [2, 3]), (2, [0, 1]), (3, [0, 1])] {
-            let near = match nearest_on_edge(x[i], edge.map(|k| x[k])) {
-                OnEdge::End(k) => Self::corner_corner(x, i, edge[k]),
-                OnEdge::Inside => Self::corner_line(x, i, edge),
-            };
-            if best.is_none_or(|b| near.offset.norm_squared() < b.offset.norm_squared()) {
-                best = Some(near);
-            }
-        }
-        best.unwrap_or_else(|| Self::corner_corner(x, 0, 2))
     }
 
     /// Distance, mm.
@@ -108,12 +93,52 @@ impl Separation {
     }
 }
 
+/// Where on two edges, of corners 0 and 1 and of corners 2 and 3, their closest points lie.
+#[derive(Clone, Copy)]
+enum OnEdges {
+    /// Between the corners of either, at these shares.
+    Inside(f64, f64),
+    /// At a corner of one, between those of the other one.
+    CornerInside(usize, [usize; 2]),
+    /// At a corner of either.
+    Corners(usize, usize),
+}
+
+/// Where the closest points of two edges lie, and their squared distance, mm².
+fn nearest_on_edges(x: &[Vec3; 4]) -> (OnEdges, f64) {
+    let (u, v, w) = (x[1] - x[0], x[3] - x[2], x[0] - x[2]);
+    let (uu, uv, vv) = (u.norm_squared(), u.dot(&v), v.norm_squared());
+    let determinant = u.cross(&v).norm_squared();
+    if determinant > PARALLEL * uu * vv {
+        let (uw, vw) = (u.dot(&w), v.dot(&w));
+        let (s, t) = ((uv * vw - vv * uw) / determinant, (uu * vw - uv * uw) / determinant);
+        if [s, t].iter().all(|beta| (TIE..=1. - TIE).contains(beta)) {
+            return (OnEdges::Inside(s, t), (w + s * u - t * v).norm_squared());
+        }
+    }
+    let of_corner = |(i, edge): (usize, [usize; 2])| {
+        let [p, a, b] = [x[i], x[edge[0]], x[edge[1]]];
+        match nearest_on_edge(p, [a, b]) {
+            OnEdge::End(k) => (OnEdges::Corners(i, edge[k]), (p - x[edge[k]]).norm_squared()),
+            OnEdge::Inside(beta) => (OnEdges::CornerInside(i, edge), (p - a - beta * (b - a)).norm_squared()),
+        }
+    };
+    let others = [(1, [2, 3]), (2, [0, 1]), (3, [0, 1])].map(of_corner);
+    others.into_iter().fold(of_corner((0, [2, 3])), |best, next| if next.1 < best.1 { next } else { best })
+}
+
+/// Squared distance of the edge of corners 0 and 1 from that of corners 2 and 3, mm².
+pub(super) fn edges_squared_distance(x: &[Vec3; 4]) -> f64 {
+    nearest_on_edges(x).1
+}
+
 /// Where on an edge its closest point lies.
+#[derive(Clone, Copy)]
 pub(super) enum OnEdge {
     /// At end 0 or 1.
     End(usize),
-    /// Between.
-    Inside,
+    /// Between, at this share.
+    Inside(f64),
 }
 
 /// Where on the edge `[a, b]` the point closest to `p` lies.
@@ -125,7 +150,7 @@ pub(super) fn nearest_on_edge(p: Vec3, [a, b]: [Vec3; 2]) -> OnEdge {
     } else if reached >= (1. - TIE) * whole {
         OnEdge::End(1)
     } else {
-        OnEdge::Inside
+        OnEdge::Inside(reached / whole)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::broad_phase::Candidates;
 use super::mollifier::Mollifier;
 use super::rest::Rest;
-use super::separation::{OnEdge, Separation, nearest_on_edge, nearest_on_triangle};
+use super::separation::{OnEdge, Separation, edges_squared_distance, nearest_on_edge, nearest_on_triangle};
 use super::{Barrier, CollisionSurface};
 use crate::units::Vec3;
 use rayon::prelude::*;
@@ -102,7 +102,7 @@ impl Terms<'_> {
             if count != 0 {
                 let near = match nearest_on_edge(p, edge.map(place)) {
                     OnEdge::End(k) => [edge[k], NONE, NONE],
-                    OnEdge::Inside => [edge[0], edge[1], NONE],
+                    OnEdge::Inside(_) => [edge[0], edge[1], NONE],
                 };
                 features.counts.push((near, count));
                 features.corners.extend(edge.map(|a| (a, count)));
@@ -136,9 +136,8 @@ impl Terms<'_> {
         let ([a, b], [c, d]) = (self.surface.edges[e as usize], self.surface.edges[f as usize]);
         let vertices = [a, b, c, d];
         let x = Term::places(vertices, self.x);
-        let separation = Separation::of_edges(&x);
-        let distance = separation.distance();
         let far = self.barrier.edge_reach_mm();
+        let distance = edges_squared_distance(&x).sqrt();
         if distance >= far {
             return None;
         }
@@ -146,6 +145,7 @@ impl Terms<'_> {
         if distance >= reach_mm {
             return None;
         }
+        let separation = Separation::of_edges(&x);
         let mollifier = Mollifier::new(&Term::places(vertices, &self.rest.positions), &x);
         let [width, other] = [e, f].map(|e| self.rest.edge_widths[e as usize]);
         let weight = OF_EDGES * OF_WIDTHS * width * other;
