@@ -75,10 +75,10 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
-    pub(crate) fn new(boxes: Vec<Aabb>) -> Self {
+    pub(crate) fn new(boxes: &[Aabb]) -> Self {
         let mut tree = Self { nodes: Vec::new(), items: (0..boxes.len()).collect(), boxes: Vec::new() };
         if !tree.items.is_empty() {
-            tree.build(&boxes, 0, tree.items.len());
+            tree.build(boxes, 0, tree.items.len());
         }
         tree.boxes = tree.items.iter().map(|&item| boxes[item]).collect();
         tree
@@ -261,7 +261,7 @@ mod tests {
             for shift in [0., 0.4] {
                 let [first, second] = [boxes(n, shift), boxes(m, 0.2 - shift)];
                 let trees =
-                    [Bvh::new(boxes(n, 0.)).refitted(&first), Bvh::new(boxes(m, 5.)).refitted(&second)];
+                    [Bvh::new(&boxes(n, 0.)).refitted(&first), Bvh::new(&boxes(m, 5.)).refitted(&second)];
                 let all = (0..n).flat_map(|i| (0..m).map(move |j| [i, j]));
                 let expected: Vec<_> = all.filter(|&[i, j]| first[i].overlaps(&second[j])).collect();
                 for tasks in [1, 7, 1000] {
@@ -274,7 +274,7 @@ mod tests {
     #[test]
     fn boxes_of_one_tree_that_overlap_are_met_once() {
         let all = boxes(130, 0.);
-        let tree = Bvh::new(all.clone());
+        let tree = Bvh::new(&all);
         let pairs = (0..130).flat_map(|i| (0..i).map(move |j| [j, i]));
         let mut expected: Vec<_> = pairs.filter(|&[i, j]| all[i].overlaps(&all[j])).collect();
         expected.sort_unstable();

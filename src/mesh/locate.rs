@@ -56,7 +56,8 @@ impl Locator {
             let mids: &[usize] = if f.nodes().len() == 6 { &[3, 4, 5] } else { &[] };
             curved_box(&mesh.points, f.nodes(), &[[0, 1], [1, 2], [2, 0]], mids)
         });
-        let (cell_tree, facet_tree) = (Bvh::new(cell_boxes.collect()), Bvh::new(facet_boxes.collect()));
+        let (cell_tree, facet_tree) =
+            (Bvh::new(&cell_boxes.collect::<Vec<_>>()), Bvh::new(&facet_boxes.collect::<Vec<_>>()));
         let (lo, hi) = mesh.bounds();
         let bare = Mesh::new(mesh.points.clone(), mesh.cells.clone());
         Self { mesh: bare, facets, cell_tree, facet_tree, tolerance_mm: 1e-10 * (hi - lo).norm() }

@@ -43,9 +43,9 @@ impl BroadPhase {
     pub(super) fn new(surface: &CollisionSurface, rest: &[Vec3]) -> Self {
         let motion = Motion { from: rest, to: rest };
         Self {
-            vertices: motion.vertex_boxes(surface, |_| 0.).map(Bvh::new),
-            edges: motion.edge_boxes(surface, 0.).map(Bvh::new),
-            triangles: motion.triangle_boxes(surface).map(Bvh::new),
+            vertices: motion.vertex_boxes(surface, |_| 0.).map(|boxes| Bvh::new(&boxes)),
+            edges: motion.edge_boxes(surface, 0.).map(|boxes| Bvh::new(&boxes)),
+            triangles: motion.triangle_boxes(surface).map(|boxes| Bvh::new(&boxes)),
             neighbours: Neighbours::new(surface, rest),
         }
     }
@@ -62,13 +62,13 @@ impl BroadPhase {
     ) -> Candidates {
         let motion = Motion { from, to };
         let vertex_triangle = |v: usize, t: usize| {
-            let meet = self.neighbours.vertex_triangle_count(surface, v, t)
+            let meet = !self.neighbours.vertex_triangle(surface, v, t)
                 && motion.vertex_triangle_meet(v as u32, surface.triangles[t], vertex_reach(v));
             meet.then_some([v as u32, t as u32])
         };
         let edge_edge = |e: usize, f: usize| {
             let (e, f) = (e.min(f), e.max(f));
-            let meet = self.neighbours.edges_count(surface, e, f)
+            let meet = !self.neighbours.edges(surface, e, f)
                 && motion.edges_meet(surface.edges[e], surface.edges[f], edge_reach);
             meet.then_some([e as u32, f as u32])
         };

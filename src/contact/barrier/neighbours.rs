@@ -6,7 +6,7 @@ use crate::units::Vec3;
 /// Cosine between the normals at rest of parts of one sheet, at least.
 const ONE_SHEET: f64 = 0.5;
 
-/// Tells pairs that never count: those that have a vertex in common, and those that have a mesh node in common and look
+/// Tells neighbours, which never count: those that have a vertex in common, and those that have a mesh node in common and look
 /// the same way at rest within 60 degrees.
 ///
 /// The latter are about as far apart as facets are large, and would hold the reach below that; the cells behind them
@@ -39,22 +39,21 @@ impl Neighbours {
         }
     }
 
-    /// Whether the pair of vertex `v` and triangle `t` counts.
-    pub(super) fn vertex_triangle_count(&self, surface: &CollisionSurface, v: usize, t: usize) -> bool {
+    /// Whether vertex `v` and triangle `t` are neighbours.
+    pub(super) fn vertex_triangle(&self, surface: &CollisionSurface, v: usize, t: usize) -> bool {
         let corners = surface.triangles[t];
         let (Some(n), Some(m)) = (self.vertex_normals.get(v), self.triangle_normals.get(t)) else {
-            return true;
+            return false;
         };
-        let one = corners.contains(&(v as u32));
-        !one && !(n.dot(m) > ONE_SHEET && share_nodes(surface, &[v as u32], &corners))
+        corners.contains(&(v as u32)) || n.dot(m) > ONE_SHEET && share_nodes(surface, &[v as u32], &corners)
     }
 
-    /// Whether the pair of edges `e` and `f` counts.
-    pub(super) fn edges_count(&self, surface: &CollisionSurface, e: usize, f: usize) -> bool {
+    /// Whether edges `e` and `f` are neighbours.
+    pub(super) fn edges(&self, surface: &CollisionSurface, e: usize, f: usize) -> bool {
         let (ends, others) = (surface.edges[e], surface.edges[f]);
-        let (Some(n), Some(m)) = (self.edge_normals.get(e), self.edge_normals.get(f)) else { return true };
-        let one = ends.iter().any(|v| others.contains(v));
-        !one && !(n.dot(m) > ONE_SHEET && share_nodes(surface, &ends, &others))
+        let (Some(n), Some(m)) = (self.edge_normals.get(e), self.edge_normals.get(f)) else { return false };
+        ends.iter().any(|v| others.contains(v))
+            || n.dot(m) > ONE_SHEET && share_nodes(surface, &ends, &others)
     }
 }
 
