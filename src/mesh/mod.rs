@@ -15,6 +15,7 @@ mod surface;
 #[cfg(test)]
 mod testing;
 mod validate;
+mod winding;
 
 pub use cell::{Cell, CellKind, MAX_NODES};
 pub use error::{MeshError, MeshWarning};
@@ -28,3 +29,4 @@ pub(crate) use solid::WEDGE_OTHER_ORDER;
 pub(crate) use surface::first_diagonal;
 pub use surface::{Skin, Surface};
 pub use validate::{validate, validate_shape};
+pub use winding::Winding;
