@@ -5,12 +5,11 @@ use std::ops::Range;
 use nalgebra::Matrix3;
 
 use super::ElementStiffness;
-use crate::mesh::Cell;
 
 /// Lower triangle of a symmetric matrix of 3 x 3 node blocks, stored column by column.
 ///
 /// Column `3j + c` holds rows `3j + c ..= 3j + 2` and then the three rows of each later node that
-/// shares a cell with `j`, ascending: positions are found from the node graph alone.
+/// shares an element with `j`, ascending: positions are found from the node graph alone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
     /// Start of each node's neighbours in `neighbours`.
@@ -22,12 +21,12 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// The pattern of `n_nodes` nodes joined by `cells`.
-    pub fn new(n_nodes: usize, cells: &[Cell]) -> Self {
+    /// The pattern of `n_nodes` nodes joined by elements, each given by its nodes (0-based).
+    pub fn new<'a>(n_nodes: usize, elements: impl IntoIterator<Item = &'a [usize]>) -> Self {
         let mut later = vec![Vec::new(); n_nodes];
-        for cell in cells {
-            for &j in cell.nodes() {
-                later[j].extend(cell.nodes().iter().filter(|&&i| i > j));
+        for nodes in elements {
+            for &j in nodes {
+                later[j].extend(nodes.iter().filter(|&&i| i > j));
             }
         }
         let mut starts = Vec::with_capacity(n_nodes + 1);
@@ -137,9 +136,10 @@ pub struct Stiffness {
 }
 
 impl Stiffness {
-    /// The zero matrix for `n_nodes` nodes joined by `cells`, with `n_parts` muscle parts.
-    pub fn new(n_nodes: usize, cells: &[Cell], n_parts: usize) -> Self {
-        let pattern = Pattern::new(n_nodes, cells);
+    /// The zero matrix for `n_nodes` nodes joined by elements, each given by its nodes (0-based), with `n_parts` muscle
+    /// parts.
+    pub fn new<'a>(n_nodes: usize, elements: impl IntoIterator<Item = &'a [usize]>, n_parts: usize) -> Self {
+        let pattern = Pattern::new(n_nodes, elements);
         let base = vec![0.; pattern.n_values()];
         Self { pattern, base, parts: vec![Vec::new(); n_parts] }
     }

@@ -4,6 +4,7 @@ mod bvh;
 mod cell;
 mod closest;
 mod connectivity;
+mod dilatation_patches;
 mod error;
 mod facet;
 mod free_mode;
@@ -18,6 +19,7 @@ mod validate;
 mod winding;
 
 pub use cell::{Cell, CellKind, MAX_NODES};
+pub use dilatation_patches::DilatationPatches;
 pub use error::{MeshError, MeshWarning};
 pub use facet::{Facet, boundary_facets};
 pub use free_mode::FreeMode;

@@ -22,11 +22,10 @@ pub(super) struct FacetSites {
     pub(super) sites: Vec<Site>,
 }
 
-/// The samples of the free outside of `face` about its mouth, in the order of the cells: facets that are not fixed to bone
-/// throughout and lie no farther than 10 mm from the box of mucosa, lips and teeth.
-pub(super) fn facet_sites(face: &Face) -> Vec<FacetSites> {
+/// The samples of the outside of `face` about its mouth, in the order of the cells: on facets no farther than 10 mm from
+/// the box of mucosa, lips and teeth, but not where only nodes that are `fixed` to bone carry them.
+pub(super) fn facet_sites(face: &Face, fixed: &HashSet<usize>) -> Vec<FacetSites> {
     let mesh = &face.mesh;
-    let fixed: HashSet<usize> = face.supports.iter().flat_map(|s| s.nodes.iter().copied()).collect();
     let nodes = face.mucosa.iter().chain(&face.upper_lip).chain(&face.lower_lip).map(|&n| mesh.points[n]);
     let teeth = face.teeth.iter().flat_map(|t| t.surface.points.iter().copied());
     let empty = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
@@ -43,6 +42,7 @@ pub(super) fn facet_sites(face: &Face) -> Vec<FacetSites> {
         let sites: Vec<Site> = lattice(facet.corners().len())
             .filter(|w| w.iter().all(|w| *w > 0) || known.insert(shared(facet.corners(), *w)))
             .map(|w| site(mesh, facet, w))
+            .filter(|site| site.weights.iter().any(|(node, _)| !fixed.contains(node)))
             .collect();
         let next = first + sites.len();
         all.push(FacetSites { first, nodes, sites });

@@ -1,6 +1,6 @@
 //! Where samples of one surface lie inside another.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use super::facet_sites::{FacetSites, facet_sites};
 use super::tooth_solid::ToothSolid;
 use super::{Inside, Overlap};
 use crate::face::{Face, Pose, RigidMotion};
-use crate::mesh::{Locator, Mesh, Site};
+use crate::mesh::{Located, Locator, Mesh, Site};
 use crate::units::Vec3;
 
 /// Depths below this are rounding, mm.
@@ -51,8 +51,14 @@ impl OverlapSearch {
         for (cell, nodes) in mesh.cells.iter().map(|c| c.nodes()).enumerate() {
             nodes.iter().for_each(|&node| about[node].push(cell));
         }
-        let teeth = face.teeth.par_iter().map(|t| ToothSolid::new(&t.surface)).collect();
-        let mut search = Self { facets: facet_sites(face), teeth, about, rest: Default::default() };
+        let fixed: HashSet<usize> = face.supports.iter().flat_map(|s| s.nodes.iter().copied()).collect();
+        let tissue = Tissue { locator: Locator::new(mesh), mesh: mesh.clone(), about: &about };
+        let mut teeth: Vec<ToothSolid> = face.teeth.par_iter().map(|t| ToothSolid::new(&t.surface)).collect();
+        for tooth in &mut teeth {
+            let points = std::mem::take(&mut tooth.points).into_par_iter();
+            tooth.points = points.filter(|p| !tissue.is_set_in_bone(*p, &fixed)).collect();
+        }
+        let mut search = Self { facets: facet_sites(face, &fixed), teeth, about, rest: Default::default() };
         let rest = search.found(face, &vec![0.; 3 * mesh.n_nodes()], &Pose::rest());
         search.rest = rest.map(|found| found.iter().map(|f| (f.sample, f.depth_mm)).collect());
         search
@@ -148,6 +154,12 @@ struct Tissue<'a> {
 }
 
 impl Tissue<'_> {
+    /// Whether `p` lies in the tissue and bone is the nearest that bounds it there: the root of a tooth.
+    fn is_set_in_bone(&self, p: Vec3, fixed: &HashSet<usize>) -> bool {
+        let on_bone = |l: &Located| carriers(&l.site).all(|node| fixed.contains(&node));
+        self.locator.containing(p).is_some() && self.locator.closest(p).as_ref().is_some_and(on_bone)
+    }
+
     /// The sample of a tooth at `at`, if a cell holds it.
     fn holding(&self, sample: Sample, at: Vec3) -> Option<Found> {
         let cell = self.locator.containing(at)?.cell;
