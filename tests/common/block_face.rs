@@ -20,12 +20,7 @@ fn muscle(name: &str, closed: bool, points: Vec<Vec3>) -> Muscle {
 
 /// A block 60 x 40 x 12 mm of `cells` hexes, fixed at its back, symmetric about x = 0.
 pub fn block_face(cells: [usize; 3]) -> Face {
-    block_face_of(CellKind::Hex8, cells)
-}
-
-/// The block of `cells` hexes, or of what they are cut in, of `kind`.
-pub fn block_face_of(kind: CellKind, cells: [usize; 3]) -> Face {
-    let mesh = grid(kind, cells, |p| Vec3::new(60. * (p.x - 0.5), 40. * (p.y - 0.5), 12. * p.z));
+    let mesh = grid(CellKind::Hex8, cells, |p| Vec3::new(60. * (p.x - 0.5), 40. * (p.y - 0.5), 12. * p.z));
     let nodes =
         |select: &dyn Fn(Vec3) -> bool| (0..mesh.n_nodes()).filter(|&n| select(mesh.points[n])).collect();
     let pull = |side: f64| {
