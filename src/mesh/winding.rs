@@ -9,7 +9,7 @@ const LEAF_SIZE: usize = 8;
 
 /// A cluster whose centre is farther than this many of its radii counts as a dipole there. The winding numbers
 /// that matter are whole; what this leaves off is below 0.02.
-const FAR: f64 = 2.5;
+const FAR: f64 = 3.5;
 
 /// The winding number of an oriented triangle surface round any point.
 ///
