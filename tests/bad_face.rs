@@ -558,3 +558,137 @@ fn bones_of_teeth_and_pieces_are_known() {
         Files::with("bone = \"skull\"", "bone = \"lefort\"\npart_of = \"maxilla\"").read().unwrap().face;
     assert_eq!((piece.whole_of("lefort"), piece.teeth[0].bone.as_str()), (Some("maxilla"), "maxilla"));
 }
+
+#[test]
+fn tables_of_spreadsheets_are_the_same_tables() {
+    let plain = Files::new().read().unwrap().face;
+    let semicolons = |text: &str| text.replace(',', ";");
+    let commas =
+        FIBRES.lines().map(|line| line.replace(',', ";").replace(";6;0;4", ";6,0;0,0;4,0") + "\n").collect();
+    let quotes = |text: &str| {
+        let quoted = |line: &str| line.split(',').map(|e| format!("\"{e}\"")).collect::<Vec<_>>().join(",");
+        text.lines().map(quoted).collect::<Vec<_>>().join("\r\n")
+    };
+    for (what, fibres, landmarks) in [
+        ("semicolons", semicolons(FIBRES), semicolons(LANDMARKS)),
+        ("decimal commas", commas, semicolons(LANDMARKS).replace("-12;12", "-12,0;12,00")),
+        ("quotes", quotes(FIBRES), quotes(LANDMARKS)),
+        ("tabs", FIBRES.replace(',', "\t"), LANDMARKS.replace(',', " \t ")),
+    ] {
+        let face =
+            Files { fibres, landmarks, ..Files::new() }.read().unwrap_or_else(|e| panic!("{what}: {e}")).face;
+        assert_eq!(
+            (face.muscles, face.landmarks),
+            (plain.muscles.clone(), plain.landmarks.clone()),
+            "{what}"
+        );
+    }
+    let error = Files { fibres: FIBRES.replace("lifter,r,1,2", "\"lifter,r,1,2"), ..Files::new() }.error();
+    assert!(error.to_string().contains("fibres.csv:7: a quote that begins here is not closed"), "{error}");
+}
+
+#[test]
+fn names_of_any_signs_survive_an_export() {
+    for name in
+        ["li\"f,t;er", "\\back\\slash", "two\nlines", " blanks ", "tab\t", "a'b", "<&>", "#5", "muskel_ö"]
+    {
+        let quoted = format!("\"{}\"", name.replace('"', "\"\""));
+        let toml = format!("{name:?}").replace("\\'", "'");
+        let mut files = Files::with("name = \"lifter\"", &format!("name = {toml}"));
+        files.fibres = FIBRES.replace("lifter", &quoted);
+        files.landmarks = LANDMARKS.replace("chin", &quoted);
+        files.face = files.face.replace("bone = \"skull\"", &format!("bone = {toml}\npart_of = \"skull\""));
+        files.face = files.face.replace("arch = \"upper\"", &format!("arch = \"upper\"\nbone = {toml}"));
+        let face = files.read().unwrap_or_else(|e| panic!("{name:?}: {e}")).face;
+        assert_eq!(face.muscles[0].name, format!("{name}_l"));
+        let folder = TempDir::new().unwrap();
+        modiolus::io::write_face(folder.path(), &face).unwrap();
+        let back = read_face(&folder.path().join("face.toml"), None);
+        let back = back.unwrap_or_else(|e| panic!("{name:?}: {e}")).face;
+        let names = |face: &modiolus::face::Face| {
+            let muscles = face.muscles.iter().map(|m| m.name.clone());
+            let landmarks = face.landmarks.iter().map(|l| l.name.clone());
+            muscles.chain(landmarks).chain(face.supports.iter().map(|s| s.bone.clone())).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&back), names(&face), "{name:?}");
+        assert_eq!(back.supports, face.supports, "{name:?}");
+    }
+}
+
+#[test]
+fn what_one_wrong_digit_asks_for_is_refused_at_once() {
+    let start = std::time::Instant::now();
+    let step = refused("skin = \"skin\"", "skin = \"skin\"\nfibre_step_mm = 1e-9");
+    assert!(
+        step.to_string().contains("fibre_step_mm: `0.000000001` is not accepted; give 0.01 mm or more"),
+        "{step}"
+    );
+    let width = refused("width_mm = 6.0", "width_mm = 1e9");
+    assert!(width.to_string().contains("a width in mm that the mesh, of 44 mm, can hold"), "{width}");
+    let mut files = Files::new();
+    files.fibres = FIBRES.replace("lifter,l,1,1,6,0,4", "lifter,l,1,1,1e12,0,4");
+    let far = files.error();
+    assert!(far.to_string().contains("lifter") || far.location.line == Some(3), "{far}");
+    files.fibres = "muscle,side,fibre,point,x,y,z\n".to_owned();
+    for k in 0..5_000 {
+        files.fibres += &format!("lifter,l,1,{k},{},{},6\n", 10 * (k % 2), k % 7);
+    }
+    assert!(
+        matches!(files.error().kind, FaceFileErrorKind::FibrePoints { most: 10_000, .. }),
+        "{}",
+        files.error()
+    );
+    let many = "[[muscles]]\nname = \"a\"\nmax_force_n = 1.0\n".repeat(1001);
+    let many = Files { face: format!("{FACE}{many}"), ..Files::new() }.error();
+    assert!(
+        many.to_string().contains("`1002` is not accepted; give at most 1000 tables `[[muscles]]`"),
+        "{many}"
+    );
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}
+
+#[test]
+fn a_table_of_many_rows_takes_time_in_proportion() {
+    let points: String =
+        (0..40_000).map(|k| format!("[[points]]\nname = \"p{k}\"\nat_mm = [0, 0, 12]\n")).collect();
+    let start = std::time::Instant::now();
+    let face = Files { face: format!("{FACE}{points}"), ..Files::new() }.read().unwrap().face;
+    assert_eq!(face.landmarks.len(), 40_001);
+    // Each looked for in all the text before it, they took minutes.
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}
+
+#[test]
+fn sets_are_told_by_what_the_mesh_file_has() {
+    let error = refused("skin = \"skin\"", "skin = \"pressure\"");
+    assert!(error.to_string().contains("known are: bone, none, skin"), "{error}");
+    let case = Files::with("skin = \"skin\"", "skin = \"SKIN\"").read().unwrap().face;
+    assert_eq!(case.skin.len(), 49);
+    let mut files = Files::with("node_sets = \"sets.json\"\n", "");
+    let none = files.error();
+    assert!(
+        none.to_string().contains("the mesh has none: mark nodes in the mesh file, or select them"),
+        "{none}"
+    );
+    files.face = files.face.replace("mesh.vtu", "fields.vtu");
+    let folder = TempDir::new().unwrap();
+    let pressure = (0..block().n_nodes()).map(|k| k as f64 + 0.5).collect();
+    let data = VtuData { point_scalars: [("pressure".into(), pressure)].into(), ..VtuData::default() };
+    write_vtu(&folder.path().join("fields.vtu"), &block(), &data).unwrap();
+    std::fs::write(folder.path().join("face.toml"), &files.face).unwrap();
+    let error = read_face(&folder.path().join("face.toml"), None).unwrap_err().to_string();
+    assert!(
+        error.contains("in the mesh file, but no sets: pressure (its values are not all whole numbers)"),
+        "{error}"
+    );
+    std::fs::write(
+        folder.path().join("face.toml"),
+        files.face.replace("skin = \"skin\"", "skin = \"pressure\""),
+    )
+    .unwrap();
+    let error = read_face(&folder.path().join("face.toml"), None).unwrap_err().to_string();
+    assert!(
+        error.contains("`pressure`: the mesh file has it, but its values are not all whole numbers"),
+        "{error}"
+    );
+}

@@ -7,7 +7,7 @@ mod mesh_files;
 use std::path::{Path, PathBuf};
 
 use mesh_files::{Place, Vtu, inp, mixed, msh_2, msh_4};
-use modiolus::io::{VtuData, read_mesh, read_obj, write_vtu};
+use modiolus::io::{VtuData, read_mesh, read_surface, write_vtu};
 use modiolus::mesh::{CellKind, Locator, Mesh, Quality, Skin, boundary_facets, validate};
 use modiolus::units::LengthUnit::{Centimetre, Millimetre};
 use modiolus::units::Vec3;
@@ -159,7 +159,7 @@ fn damaged_files_are_refused_without_panic() {
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 4 3\nf 1/2/3 -1 2\n".to_vec()),
     ];
     let whole = |path: &Path| match path.extension() {
-        Some(e) if e == "obj" => read_obj(path, Millimetre).is_ok(),
+        Some(e) if e == "obj" => read_surface(path, Millimetre).is_ok(),
         // A mesh that is read must be fit to be looked at, whatever its shape.
         _ => read_mesh(path, Millimetre).is_ok_and(|mesh| {
             let _ = validate(&mesh, &[0]);

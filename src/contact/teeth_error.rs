@@ -72,7 +72,7 @@ pub enum TeethError {
     /// Neighbours whose normals point to opposite sides.
     #[error(
         "the triangles at {} edges of the tooth surface are oriented against each other: {}; \
-         make the orientation consistent", edges.len(), list(edges)
+         make the orientation consistent, or set `orient = true`", edges.len(), list(edges)
     )]
     Inconsistent {
         /// The edges.
@@ -89,7 +89,7 @@ pub enum TeethError {
     },
     /// Pieces turned inside out.
     #[error(
-        "the normals of {} pieces of the tooth surface point inward: {}; reverse their triangles",
+        "the normals of {} pieces of the tooth surface point inward: {}; reverse their triangles, or set `orient = true`",
         pieces.len(), list(pieces)
     )]
     Inward {
@@ -110,6 +110,12 @@ pub enum TeethWarning {
     Capped {
         /// What was closed.
         loops: Vec<BoundaryLoop>,
+    },
+    /// Triangles were turned to face outward, as asked for.
+    #[error("{triangles} triangles of the tooth surface were turned to face outward")]
+    Turned {
+        /// How many.
+        triangles: usize,
     },
     /// Pieces that enclose nothing were left out.
     #[error("{} pieces of the tooth surface that enclose nothing were left out: {}", pieces.len(), list(pieces))]

@@ -1,13 +1,12 @@
 //! The folder that an answer was written to, read back.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::{MeshFileError, text, vtu};
+use super::{MeshFileError, input, text, vtk};
 
 /// What a picture needs of an answer: the face that it moves, by how much, and by which muscles.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +67,8 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
         return Err(AnswerFileError::NoFolder(dir.to_owned()));
     }
     let path = dir.join("solution.json");
-    let json = fs::read(&path).map_err(|reason| AnswerFileError::Missing { path: path.clone(), reason })?;
+    let json = input::read(&path, input::TEXT_BYTES)
+        .map_err(|reason| AnswerFileError::Missing { path: path.clone(), reason })?;
     let head: Head =
         serde_json::from_slice(&json).map_err(|reason| AnswerFileError::Json { path, reason })?;
     let vtu = dir.join("face.vtu");
@@ -76,7 +76,7 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
         let reason = std::io::ErrorKind::NotFound.into();
         return Err(AnswerFileError::Missing { path: vtu, reason });
     }
-    let displacement = vtu::point_vectors(&vtu, &text::read_bytes(&vtu)?, "displacement")?;
+    let displacement = vtk::point_vectors(&vtu, &text::read_bytes(&vtu)?, "displacement")?;
     let Head { face, activations, jaw_opening_mm } = head;
     Ok(AnswerFiles { face, activations, jaw_opening_mm, displacement, vtu })
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use super::csv::entry;
 use super::{MeshFileError, VtuData, write_atomically, write_vtu};
 use crate::face::{Face, Muscle};
 use crate::mesh::{Mesh, Surface};
@@ -103,7 +104,7 @@ fn landmarks(face: &Face) -> String {
     let mut text = "landmark,x_mm,y_mm,z_mm\n".to_owned();
     for landmark in &face.landmarks {
         let p = landmark.site.position;
-        let _ = writeln!(text, "{},{:?},{:?},{:?}", landmark.name, p.x, p.y, p.z);
+        let _ = writeln!(text, "{},{:?},{:?},{:?}", entry(&landmark.name), p.x, p.y, p.z);
     }
     text
 }
@@ -122,6 +123,7 @@ fn fibres(face: &Face) -> String {
     let mut text = "muscle,side,fibre,point,x_mm,y_mm,z_mm\n".to_owned();
     for muscle in &face.muscles {
         let (stem, side) = sided(muscle);
+        let stem = entry(stem);
         for (k, fibre) in muscle.fibres.iter().enumerate() {
             for (i, p) in fibre.points.iter().enumerate() {
                 // Fibres are read in the order of their names.
@@ -182,7 +184,8 @@ fn index(face: &Face) -> String {
             .filter(|side| !side.is_empty())
             .map(|side| format!("\"{side}\""))
             .collect();
-        let _ = writeln!(text, "\n[[muscles]]\nname = \"{stem}\"\nsides = [{}]", sides.join(", "));
+        let _ = writeln!(text, "\n[[muscles]]\nname = {}", toml::Value::String(stem.to_owned()));
+        let _ = writeln!(text, "sides = [{}]", sides.join(", "));
         let _ = writeln!(text, "max_force_n = {:?}\nradius_mm = {:?}", muscle.max_force_n, muscle.radius_mm);
         if let Some(area_mm2) = muscle.area_mm2 {
             let _ = writeln!(text, "area_mm2 = {area_mm2:?}");

@@ -161,7 +161,7 @@ pub enum PlanFileError {
 /// # Errors
 /// [`PlanFileError`]: it names the line, the field, the value and the remedy.
 pub fn read_plan(path: &Path) -> Result<PlanDocument, PlanFileError> {
-    let text = std::fs::read_to_string(path)
+    let text = super::input::read_text(path)
         .map_err(|reason| TargetFileError::Unreadable { at: Box::new(Location::file(path)), reason })?;
     parse_plan(&text, path)
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use super::Location;
+use super::{Location, input};
 
 /// An input file could not be read again for its fingerprint.
 #[derive(Debug, thiserror::Error)]
@@ -26,7 +26,7 @@ pub fn sha256(bytes: &[u8]) -> String {
 /// # Errors
 /// [`FingerprintError`] when the file cannot be read.
 pub fn sha256_of_file(path: &Path) -> Result<String, FingerprintError> {
-    let read = std::fs::read(path);
+    let read = input::read(path, input::MESH_BYTES);
     read.map(|bytes| sha256(&bytes)).map_err(|reason| FingerprintError { at: Location::file(path), reason })
 }
 

@@ -4,7 +4,8 @@ use thiserror::Error;
 
 use crate::contact::{TeethError, TeethWarning};
 use crate::face::{FaceError, FaceWarning};
-use crate::io::{Location, MeshFileError};
+use crate::io::text::listed;
+use crate::io::{Location, MeshFileError, MeshFileWarning, NoSet};
 use crate::mesh::MeshWarning;
 
 /// A face file that cannot be used: where, what, and what to do.
@@ -70,6 +71,18 @@ pub enum FaceFileErrorKind {
         /// Every known name.
         known: Vec<String>,
     },
+    /// A node set that the mesh does not have.
+    #[error("there is no node set `{name}`{}", offer_sets(.name, .nearest, .known, .no_sets))]
+    UnknownSet {
+        /// The name.
+        name: String,
+        /// The known name closest to it.
+        nearest: Option<String>,
+        /// Every set.
+        known: Vec<String>,
+        /// What the mesh file has that is no set.
+        no_sets: Vec<NoSet>,
+    },
     /// A value that makes no sense.
     #[error("`{value}` is not accepted; give {accepted}")]
     Value {
@@ -85,6 +98,15 @@ pub enum FaceFileErrorKind {
         what: &'static str,
         /// The name.
         name: String,
+    },
+    /// A column that a table does not have. What is in a table without known columns stays there.
+    #[error("the first row names no column `{name}`; {}", .nearest.as_ref().map_or_else(
+        || "name the columns as docs/formats.md has them".to_owned(), |near| format!("did you mean `{near}`?")))]
+    MissingColumn {
+        /// The column.
+        name: String,
+        /// The column there is that is closest to it.
+        nearest: Option<String>,
     },
     /// A row of a table with too few or too many entries.
     #[error("the row has {found} entries but the header {expected}; add or remove entries")]
@@ -117,6 +139,23 @@ pub enum FaceFileErrorKind {
         /// The widest gap, mm.
         gap_mm: f64,
     },
+    /// Fibres of more points than any face needs.
+    #[error(
+        "fibre {fibre} of muscle {muscle} is {length_mm:.1} mm long, which in steps of {step_mm} mm makes more than {most} \
+         points{}; correct its points, or raise `fibre_step_mm`", if *.most > 100_000 { " of all fibres together" } else { "" }
+    )]
+    FibrePoints {
+        /// The muscle.
+        muscle: String,
+        /// The fibre, from 1.
+        fibre: usize,
+        /// Its length, mm.
+        length_mm: f64,
+        /// `fibre_step_mm`.
+        step_mm: f64,
+        /// The most points of a fibre, or of all.
+        most: usize,
+    },
     /// A mesh or surface file.
     #[error(transparent)]
     Mesh(#[from] MeshFileError),
@@ -146,6 +185,9 @@ pub enum FaceFileWarningKind {
     /// The mesh.
     #[error("{0}")]
     Mesh(MeshWarning),
+    /// How the mesh file was read.
+    #[error(transparent)]
+    MeshFile(MeshFileWarning),
     /// A tooth surface.
     #[error(transparent)]
     Teeth(TeethWarning),
@@ -167,6 +209,26 @@ pub enum FaceFileWarningKind {
 fn offer(nearest: &Option<String>, known: &[String]) -> String {
     match nearest {
         Some(name) => format!("did you mean `{name}`?"),
-        None => format!("known are: {}", known.join(", ")),
+        None if known.is_empty() => "there is none at all".to_owned(),
+        None => format!("known are: {}", listed(known.iter().map(String::as_str))),
     }
+}
+
+/// What to ask for in place of set `name`: a set like it, the sets there are, or why the file has none.
+fn offer_sets(name: &str, nearest: &Option<String>, known: &[String], no_sets: &[NoSet]) -> String {
+    if let Some(NoSet { why, .. }) = no_sets.iter().find(|no| no.name == name) {
+        return format!(
+            ": the mesh file has it, but {why}; mark its nodes by 0 and 1, or ask for another set"
+        );
+    }
+    let mut offer = match known {
+        [] => "; the mesh has none: mark nodes in the mesh file, or select them by `[[select]]`".to_owned(),
+        _ => format!("; {}", offer(nearest, known)),
+    };
+    if nearest.is_none() && !no_sets.is_empty() {
+        let described: Vec<String> = no_sets.iter().map(|no| format!("{} ({})", no.name, no.why)).collect();
+        offer +=
+            &format!("; in the mesh file, but no sets: {}", listed(described.iter().map(String::as_str)));
+    }
+    offer
 }

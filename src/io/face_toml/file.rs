@@ -16,7 +16,7 @@ pub(super) struct FaceTable {
     pub(super) unit: String,
     /// Folder of the named files, relative to this file; this file's own folder when absent.
     pub(super) base: Option<String>,
-    /// Volume mesh (.vtu, .msh or .inp).
+    /// Volume mesh: VTK, Gmsh, Abaqus, TetGen or FEBio.
     pub(super) mesh: String,
     /// Further node sets: a JSON object of lists of 0-based nodes.
     pub(super) node_sets: Option<String>,
@@ -151,11 +151,14 @@ pub(super) struct TeethTable {
     /// The bone that carries it: when absent the maxilla if the face has one, else the skull, for the upper
     /// arch, and the mandible for the lower.
     pub(super) bone: Option<String>,
-    /// OBJ file.
+    /// Surface: OBJ, STL, PLY or VTK.
     pub(super) file: String,
     /// Close the holes of the surface, and leave out pieces that enclose nothing.
     #[serde(default)]
     pub(super) cap_holes: bool,
+    /// Turn triangles so that each piece of the surface is oriented alike throughout, and outward.
+    #[serde(default)]
+    pub(super) orient: bool,
 }
 
 /// A landmark by its place.

@@ -1,5 +1,6 @@
 //! Landmarks, put on the skin.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use super::Reader;
@@ -38,8 +39,9 @@ impl Reader<'_> {
         let patch = Patch::new(&Facets::of(mesh).within(skin), mesh);
         let limit_mm = table.max_projection_mm;
         let mut landmarks: Vec<Landmark> = Vec::with_capacity(named.len());
+        let mut names = HashSet::with_capacity(named.len());
         for (at, name, p) in named {
-            if landmarks.iter().any(|l| l.name == name) {
+            if !names.insert(name.clone()) {
                 return Err(FaceFileError::new(at, FaceFileErrorKind::Duplicate { what: "landmark", name }));
             }
             let Some((site, distance_mm)) = patch.project(p) else {

@@ -4,6 +4,7 @@ mod error;
 mod file;
 mod frame;
 mod landmarks;
+mod limits;
 mod muscles;
 mod rows;
 mod sets;
@@ -22,8 +23,8 @@ use self::rows::read_text;
 use super::nearest::nearest;
 use super::schema::{pretty, toml_schema_of};
 use super::target_toml::line_of;
-use super::{FieldLines, Location, MeshFileError, read_mesh, read_obj};
-use crate::contact::closed_surface;
+use super::{FieldLines, Location, MeshFileError, NoSet, read_mesh_document, read_surface};
+use crate::contact::{TeethWarning, closed_surface, oriented};
 use crate::face::{Face, FaceError, FaceWarning, Jaw, MuscleLaw, MuscleTissue, Support, Teeth, Tissue};
 use crate::mesh::{Mesh, MeshError, validate_shape};
 use crate::units::{LengthUnit, Vec3};
@@ -54,8 +55,15 @@ pub fn read_face(path: &Path, base: Option<&Path>) -> Result<FaceDocument, FaceF
     let beside = path.parent().unwrap_or(Path::new(""));
     let own = table.base.as_ref().map_or_else(|| beside.to_owned(), |folder| beside.join(folder));
     let base = base.map_or(own, Path::to_owned);
-    let mut reader =
-        Reader { path, lines: &lines, base, warnings: Vec::new(), muscle_fields: BTreeMap::new() };
+    let mut reader = Reader {
+        path,
+        lines: &lines,
+        base,
+        warnings: Vec::new(),
+        muscle_fields: BTreeMap::new(),
+        no_sets: Vec::new(),
+        mesh_files: Vec::new(),
+    };
     let face = reader.face(&table)?;
     reader.check(&table, &face)?;
     let files = reader.files(&table);
@@ -75,6 +83,10 @@ struct Reader<'a> {
     warnings: Vec<FaceFileWarning>,
     /// The table of each muscle, by the muscle's full name.
     muscle_fields: BTreeMap<String, String>,
+    /// What the mesh file has that is no set.
+    no_sets: Vec<NoSet>,
+    /// The files that the mesh is in.
+    mesh_files: Vec<PathBuf>,
 }
 
 impl Reader<'_> {
@@ -84,6 +96,7 @@ impl Reader<'_> {
         };
         let frame =
             Frame::new(table.frame.as_ref(), unit).map_err(|(field, kind)| self.error(field, kind))?;
+        limits::check_tables(table).map_err(|(field, kind)| self.error(field, kind))?;
         let (tissue, muscle_tissue) = self.tissues(table)?;
         self.positive(table.max_projection_mm, "max_projection_mm")?;
         let mesh = self.mesh(table, &frame, unit)?;
@@ -144,9 +157,16 @@ impl Reader<'_> {
         errors.into_iter().next().map_or(Ok((tissue, muscle)), |error| Err(self.face_error(table, error)))
     }
 
-    fn mesh(&self, table: &FaceTable, frame: &Frame, unit: LengthUnit) -> Result<Mesh, FaceFileError> {
-        let mut mesh = read_mesh(&self.path_of(&table.mesh), unit)
-            .map_err(|e| self.error("mesh", FaceFileErrorKind::Mesh(e)))?;
+    fn mesh(&mut self, table: &FaceTable, frame: &Frame, unit: LengthUnit) -> Result<Mesh, FaceFileError> {
+        let path = self.path_of(&table.mesh);
+        let document =
+            read_mesh_document(&path, unit).map_err(|e| self.error("mesh", FaceFileErrorKind::Mesh(e)))?;
+        let mut mesh = document.mesh;
+        (self.no_sets, self.mesh_files) = (document.no_sets, document.files);
+        for warning in document.warnings {
+            let (location, kind) = (Location::file(&path), FaceFileWarningKind::MeshFile(warning));
+            self.warnings.push(FaceFileWarning { location, kind });
+        }
         for p in &mut mesh.points {
             *p = frame.point_in_mm(*p);
         }
@@ -212,13 +232,20 @@ impl Reader<'_> {
                 None if has("maxilla") => "maxilla",
                 None => "skull",
             };
-            let mut surface = read_obj(&self.path_of(&arch.file), unit)
+            let mut surface = read_surface(&self.path_of(&arch.file), unit)
                 .map_err(|e| self.error(&field, FaceFileErrorKind::Mesh(e)))?;
             for p in &mut surface.points {
                 *p = frame.point_in_mm(*p);
             }
-            let (surface, warnings) = closed_surface(&surface, arch.cap_holes)
+            let mut turned = 0;
+            if arch.orient {
+                (surface, turned) = oriented(&surface);
+            }
+            let (surface, mut warnings) = closed_surface(&surface, arch.cap_holes)
                 .map_err(|e| self.error(&field, FaceFileErrorKind::Teeth(e)))?;
+            if turned > 0 {
+                warnings.push(TeethWarning::Turned { triangles: turned });
+            }
             for warning in warnings {
                 let (location, kind) = (self.location(&field), FaceFileWarningKind::Teeth(warning));
                 self.warnings.push(FaceFileWarning { location, kind });
@@ -290,12 +317,10 @@ impl Reader<'_> {
     fn files(&self, table: &FaceTable) -> Vec<PathBuf> {
         let optional = [&table.node_sets, &table.landmarks, &table.fibres];
         let muscles = table.muscles.iter().filter_map(|m| m.file.as_ref());
-        let named = std::iter::once(&table.mesh)
-            .chain(optional.into_iter().flatten())
-            .chain(muscles)
-            .chain(table.teeth.iter().map(|t| &t.file));
+        let named = optional.into_iter().flatten().chain(muscles).chain(table.teeth.iter().map(|t| &t.file));
+        let named = named.map(|file| self.path_of(file));
         let mut files = vec![self.path.to_owned()];
-        for file in named.map(|file| self.path_of(file)) {
+        for file in self.mesh_files.iter().cloned().chain(named) {
             if !files.contains(&file) {
                 files.push(file);
             }

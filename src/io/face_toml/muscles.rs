@@ -7,6 +7,7 @@ use super::Reader;
 use super::error::{FaceFileError, FaceFileErrorKind};
 use super::file::{End, FaceTable, MuscleTable, Origins};
 use super::frame::Frame;
+use super::limits::FibreLimits;
 use super::rows::Rows;
 use crate::face::{
     FaceError, FaceWarning, Fibre, Muscle, Projected, SkinNormal, embed, join_ring, polyline_length,
@@ -46,6 +47,8 @@ impl Reader<'_> {
             step_mm: self.positive(table.fibre_step_mm, "fibre_step_mm")?,
             limit_mm: table.max_projection_mm,
         };
+        let mut limits =
+            FibreLimits::new(tissue.step_mm, mesh).map_err(|kind| self.error("fibre_step_mm", kind))?;
         let mut files: BTreeMap<String, Paths> = BTreeMap::new();
         let mut muscles = Vec::new();
         for (k, muscle) in table.muscles.iter().enumerate() {
@@ -63,9 +66,9 @@ impl Reader<'_> {
                 let known = paths.keys().map(String::as_str);
                 return Err(self.unknown(&format!("{field}.name"), "muscle", &muscle.name, known));
             };
-            for (name, polylines) in self.polylines(muscle, &field, sides)? {
+            for (name, polylines) in self.polylines(muscle, &field, sides, &limits)? {
                 self.muscle_fields.insert(name.clone(), field.clone());
-                muscles.push(self.muscle(muscle, &field, name, &polylines, &tissue)?);
+                muscles.push(self.muscle(muscle, &field, name, &polylines, &tissue, &mut limits)?);
             }
         }
         Ok(muscles)
@@ -77,9 +80,12 @@ impl Reader<'_> {
         muscle: &MuscleTable,
         field: &str,
         sides: &BTreeMap<String, BTreeMap<String, Vec<Vec3>>>,
+        limits: &FibreLimits,
     ) -> Result<Vec<(String, Polylines)>, FaceFileError> {
         let known = || sides.keys().map(String::as_str);
         if muscle.ring {
+            let pieces = sides.values().map(BTreeMap::len).sum();
+            limits.check_pieces(pieces).map_err(|kind| self.error(&format!("{field}.ring"), kind))?;
             let pieces: Vec<Vec<Vec3>> = sides.values().flat_map(|f| f.values().cloned()).collect();
             let (ring, gap_mm) = join_ring(&pieces);
             if gap_mm > RING_GAP_MM {
@@ -111,6 +117,7 @@ impl Reader<'_> {
         name: String,
         polylines: &[Vec<Vec3>],
         tissue: &Tissue,
+        limits: &mut FibreLimits,
     ) -> Result<Muscle, FaceFileError> {
         if table.fibres == 0 || table.fibres > 1000 {
             let accepted = "1 to 1000 fibres".to_owned();
@@ -122,6 +129,7 @@ impl Reader<'_> {
             let kind = FaceFileErrorKind::Value { value: table.width_mm.to_string(), accepted };
             return Err(self.error(&format!("{field}.width_mm"), kind));
         }
+        limits.check_width(table.width_mm).map_err(|kind| self.error(&format!("{field}.width_mm"), kind))?;
         let origins = match &table.origin {
             Origins::All(end) => vec![*end; polylines.len()],
             Origins::Each(ends) if ends.len() == polylines.len() => ends.clone(),
@@ -145,8 +153,10 @@ impl Reader<'_> {
             if polyline_length(&points, closed) <= 1e-9 {
                 return Err(fibre_error(FaceError::ZeroLength { muscle: name, fibre: k + 1 }));
             }
+            limits.spend(&name, k + 1, &points, closed).map_err(|kind| self.error(field, kind))?;
             let curve = smooth_curve(&points, closed, tissue.step_mm);
             for strand in spread(&curve, closed, count, table.width_mm, |p| tissue.skin.at(p)) {
+                limits.spend(&name, k + 1, &strand, closed).map_err(|kind| self.error(field, kind))?;
                 let strand = smooth_curve(&strand, closed, tissue.step_mm);
                 let (locator, limit_mm, step_mm) = (&tissue.locator, tissue.limit_mm, tissue.step_mm);
                 let fibre = embed(&strand, closed, locator, limit_mm, step_mm, &mut projected);

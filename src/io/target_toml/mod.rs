@@ -40,7 +40,7 @@ pub struct TargetDocument {
 /// [`TargetFileError`] when the file is not a target: it names the line, the field, the value and
 /// the remedy.
 pub fn read_target(path: &Path) -> Result<TargetDocument, TargetFileError> {
-    let text = std::fs::read_to_string(path)
+    let text = super::input::read_text(path)
         .map_err(|reason| TargetFileError::Unreadable { at: Box::new(Location::file(path)), reason })?;
     parse_target(&text, path)
 }

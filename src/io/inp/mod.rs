@@ -1,0 +1,10 @@
+//! Abaqus INP: parts, instances and their assembly, as one mesh.
+
+mod assembly;
+mod element;
+mod keyword;
+mod reader;
+mod resolver;
+mod scope;
+
+pub(super) use reader::parse;
