@@ -629,6 +629,7 @@ fn what_one_wrong_digit_asks_for_is_refused_at_once() {
     files.fibres = FIBRES.replace("lifter,l,1,1,6,0,4", "lifter,l,1,1,1e12,0,4");
     let far = files.error();
     assert!(far.to_string().contains("lifter") || far.location.line == Some(3), "{far}");
+    files.face = files.face.replace("name = \"lifter\"", "name = \"lifter\"\nsides = [\"l\"]");
     files.fibres = "muscle,side,fibre,point,x,y,z\n".to_owned();
     for k in 0..5_000 {
         files.fibres += &format!("lifter,l,1,{k},{},{},6\n", 10 * (k % 2), k % 7);

@@ -206,12 +206,12 @@ fn abaqus_includes_and_parameters() {
     for (rest, words) in [
         (
             "*NSET, NSET=a, ELSETS=V\n",
-            "a.inp:13: ELSETS: expected a parameter of *NSET that is read (NSET, ELSET,",
+            "a.inp:14: ELSETS: expected a parameter of *NSET that is read (NSET, ELSET,",
         ),
         ("*NSET, NSET=a\nb\n*NSET, NSET=b\na\n", "sets that do not list each other in a circle"),
         ("*NSET, NSET=a, INSTANCE=X\n1\n", "there is no instance `X`; known are: none"),
-        ("*NSET, NSET=a\nb\n", "a.inp:14: a: set `b` is not defined; defined are: a"),
-        ("*NSET, NSET=a\n9\n", "a.inp:14: a: set a uses node 9, which is not defined"),
+        ("*NSET, NSET=a\nb\n", "a.inp:15: a: set `b` is not defined; defined are: a"),
+        ("*NSET, NSET=a\n9\n", "a.inp:15: a: set a uses node 9, which is not defined"),
         ("*ELSET, ELSET=a\n9\n", "set a lists element 9, which is not defined"),
     ] {
         let message = refusal("a.inp", inp(rest));

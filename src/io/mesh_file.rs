@@ -23,10 +23,10 @@ pub fn read_mesh(path: &Path, unit: LengthUnit) -> Result<Mesh, MeshFileError> {
 /// The volume mesh in `path` whose lengths are in `unit`, in mm. The content decides the format: VTK (`.vtu`,
 /// `.vtk`), Gmsh 2.2 and 4.1, Abaqus, TetGen or FEBio; `docs/formats.md` says what is read of each.
 ///
-/// Wedges are taken in either of the two node orders in use. Points, lines and faces are no cells; their groups become node sets. Arrays of zeros and
-/// ones in a VTK file become sets of their name, other arrays of few whole numbers sets `name=value`. The mesh
-/// is complete (every node of every cell exists, every position is finite) but not yet checked for
-/// soundness: [`validate`](crate::mesh::validate) does that.
+/// Wedges are taken in either of the two node orders in use. Points, lines and faces are no cells; their groups become
+/// node sets. Arrays of zeros and ones in a VTK file become sets of their name, other arrays of few whole numbers sets
+/// `name=value`. The mesh is complete (every node of every cell exists, every position is finite) but not yet checked
+/// for soundness: [`validate`](crate::mesh::validate) does that.
 ///
 /// # Errors
 /// With file, line or byte, field, value and fix, whenever the file is not such a mesh.

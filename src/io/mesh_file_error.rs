@@ -11,7 +11,7 @@ pub const MAX_ID: u64 = i32::MAX as u64;
 
 /// The most members that the sets of a file may have together: what a small file asks for by naming sets
 /// in sets must still fit into memory.
-pub(super) const MAX_MEMBERS: usize = 30_000_000;
+pub(super) const MAX_MEMBERS: usize = 10_000_000;
 
 /// The elements that all readers take, for messages.
 pub(super) const SUPPORTED: &str = "8-node hexahedra, 6-node wedges, 4-node and 10-node tetrahedra";

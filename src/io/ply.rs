@@ -205,6 +205,8 @@ impl<'a> Body<'a> {
                 _ => return self.syntax("header", "a statement of a PLY header", &line),
             }
         }
+        // What follows is on the next line.
+        self.line += 1;
         self.encoding = encoding;
         if encoding == Encoding::Ascii {
             text::text(self.file, self.bytes)?;
@@ -233,7 +235,6 @@ impl<'a> Body<'a> {
                 lines += usize::from(*b == b'\n');
             }
             self.at += n;
-            // The header left the count at its own last line.
             self.line += lines;
         }
     }

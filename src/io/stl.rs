@@ -42,6 +42,7 @@ fn ascii(file: &Path, bytes: &[u8]) -> Result<Surface> {
     let text = text::text(file, bytes)?;
     let mut polygons = Polygons::default();
     let mut corners: Vec<f64> = Vec::new();
+    let mut open = false;
     for (k, line) in text.lines().enumerate() {
         let at = || Location::file(file).at_line(k + 1);
         let mut words = line.split_whitespace();
@@ -69,7 +70,9 @@ fn ascii(file: &Path, bytes: &[u8]) -> Result<Surface> {
                 add(&mut polygons, &corners, at)?;
                 corners.clear();
             }
-            "solid" | "facet" | "outer" | "endfacet" | "endsolid" | "end" | "color" => {}
+            "solid" => open = true,
+            "endsolid" | "end" => open = false,
+            "facet" | "outer" | "endfacet" | "color" => {}
             other => {
                 let expected = "a statement of STL (solid, facet, outer loop, vertex, ...)".to_owned();
                 let found = text::shown(other);
@@ -77,8 +80,8 @@ fn ascii(file: &Path, bytes: &[u8]) -> Result<Surface> {
             }
         }
     }
-    if !corners.is_empty() {
-        let kind = MeshFileErrorKind::Truncated { expected: "the end of the last facet".to_owned() };
+    if open || !corners.is_empty() {
+        let kind = MeshFileErrorKind::Truncated { expected: "endsolid".to_owned() };
         return Err(MeshFileError::new(Location::file(file).at_line(text.lines().count()), kind));
     }
     polygons.surface(&Location::file(file))

@@ -1,6 +1,7 @@
 //! Abaqus INP: parts, instances and their assembly, as one mesh.
 
 mod assembly;
+mod data;
 mod element;
 mod keyword;
 mod reader;

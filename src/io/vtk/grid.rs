@@ -100,7 +100,7 @@ impl Grid {
             mesh.cells.push(Cell::new(kind, own));
             mesh.cell_ids.push(k as u64);
         }
-        self.sets(&position, &ghosts, &mut document)?;
+        self.sets(&position, &ghosts, at_types, &mut document)?;
         let mesh = &mut document.mesh;
         mesh.node_ids = (0..self.points.len() as u64).collect();
         mesh.points = self.points;
@@ -130,7 +130,13 @@ impl Grid {
     }
 
     /// Makes sets of the labels: of points; of volume cells; and of the points of other cells, which are no cells here.
-    fn sets(&self, position: &[Option<usize>], ghosts: &[bool], document: &mut MeshDocument) -> Result<()> {
+    fn sets(
+        &self,
+        position: &[Option<usize>],
+        ghosts: &[bool],
+        at: &Location,
+        document: &mut MeshDocument,
+    ) -> Result<()> {
         let MeshDocument { mesh, no_sets, .. } = document;
         for (name, labels) in self.point_labels.iter().chain(&self.cell_labels) {
             if let Labels::No(why) = labels {
@@ -145,7 +151,7 @@ impl Grid {
             }
             None => {
                 let (what, most) = ("members of all sets together".to_owned(), MAX_MEMBERS as u64);
-                let at = Location::default().in_field(text::shown(name));
+                let at = at.clone().in_field(text::shown(name));
                 Err(MeshFileError::new(at, MeshFileErrorKind::TooMuch { what, most }))
             }
         };
