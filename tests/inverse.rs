@@ -525,4 +525,35 @@ fn doubts_are_voiced() {
         ]
     );
     assert!(doubts.iter().all(|w| !w.to_string().is_empty() && !w.remedy().is_empty()));
+    let mut still = DMatrix::zeros(6, 4);
+    (0..4).for_each(|k| still[(0, k)] = 1.0 + k as f64);
+    assert!(warnings(&smile(), &mapped(still)).contains(&Warning::Immovable { marker: "cheilion_r".into() }));
+}
+
+#[test]
+fn fewer_independent_observations_than_unknowns_are_underdetermined_unless_effort_or_ties_decide() {
+    let observed = Observations::resolve(&smile(), &face(), |_| Err(0.0)).unwrap();
+    let mut map = DMatrix::zeros(6, 4);
+    for k in 0..4 {
+        (map[(0, k)], map[(3, k)]) = (1.0 + k as f64, -4.0 + k as f64);
+    }
+    let response = mapped(map);
+    let status = |change: &dyn Fn(&mut Target)| {
+        let mut target = smile();
+        change(&mut target);
+        let solution = solve(&target, &observed, &response);
+        assert_eq!(solution.activations.values.len(), 4, "the answer is given, as one of many");
+        solution.status
+    };
+    assert_eq!(status(&|_| {}), Status::Underdetermined);
+    assert_eq!(status(&|t| t.effort = 0.1), Status::Solved);
+    assert_eq!(status(&|t| t.bounds = vec![bound(0, 0.2, 0.2), bound(1, 0.3, 0.3)]), Status::Solved);
+    let tie = |a: usize, b: usize| [format!("muscle_{a}"), format!("muscle_{b}")];
+    assert_eq!(status(&|t| t.tied = vec![tie(0, 1)]), Status::Underdetermined);
+    assert_eq!(status(&|t| t.tied = vec![tie(0, 1), tie(2, 3)]), Status::Solved);
+    // Two markers that say the same are one.
+    let mut alike = DMatrix::zeros(6, 2);
+    alike.set_row(0, &nalgebra::RowDVector::from_vec(vec![1.0, 2.0]));
+    alike.set_row(3, &nalgebra::RowDVector::from_vec(vec![-1.0, -2.0]));
+    assert_eq!(solve(&smile(), &observed, &mapped(alike)).status, Status::Underdetermined);
 }

@@ -88,7 +88,7 @@ pub(crate) struct MapOptions {
     #[arg(long, value_name = "fixed=A", default_value = "fixed=0.5", value_parser = parse_fixed)]
     pub(crate) stiffness: f64,
     /// The file to write.
-    #[arg(long, value_name = "FILE.npz")]
+    #[arg(long, value_name = "FILE.npz", value_parser = |text: &str| parse_out(text, "npz", "a map is written as NPZ, for NumPy"))]
     pub(crate) out: PathBuf,
 }
 
@@ -101,7 +101,7 @@ pub(crate) struct RenderOptions {
     #[arg(long, value_name = "front|profile|three-quarter", default_value = "front", value_parser = parse_view)]
     pub(crate) view: View,
     /// The picture to write.
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", value_parser = |text: &str| parse_out(text, "png", "pictures are written as PNG"))]
     pub(crate) out: PathBuf,
     /// Size in pixels.
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "640x600", value_parser = parse_size)]
@@ -280,6 +280,15 @@ fn unknown(text: &str, choices: &[&str]) -> String {
     format!("write one of {}{}", choices.join(", "), hint.unwrap_or_default())
 }
 
+/// A file to write whose ending tells its format.
+fn parse_out(text: &str, ending: &str, why: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension() {
+        Some(own) if own.eq_ignore_ascii_case(ending) => Ok(path),
+        _ => Err(format!("{why}; name it {}", path.with_extension(ending).display())),
+    }
+}
+
 fn parse_view(text: &str) -> Result<View, String> {
     View::parse(text).ok_or_else(|| unknown(text, &View::NAMES))
 }
@@ -309,6 +318,9 @@ fn parse_size(text: &str) -> Result<Size, String> {
 
 fn parse_opening(text: &str) -> Result<f64, String> {
     match text.parse() {
+        Ok(value) if 0.0 < value && value < 0.05 => {
+            Err("less than a jaw opens: metres? Write the opening in mm, such as 4".to_owned())
+        }
         Ok(value) if (0.0..=Jaw::WIDEST_MM).contains(&value) => Ok(value),
         _ => Err(format!("write the opening in mm, from 0 to {}, such as 4", Jaw::WIDEST_MM)),
     }

@@ -6,8 +6,8 @@ use modiolus::face::{FaceError, PlanError};
 use modiolus::forward::{ContactError, ForwardError, OperationError};
 use modiolus::inverse::{InverseError, TargetError};
 use modiolus::io::{
-    AnswerFileError, FaceExportError, FaceFileError, FingerprintError, Location, MapFileError, MeshFileError,
-    PlanFileError, TargetFileError,
+    AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError, MeshFileError, PlanFileError,
+    TargetFileError, WriteError,
 };
 use modiolus::render::RenderError;
 use thiserror::Error;
@@ -44,8 +44,6 @@ pub(crate) enum CliError {
     #[error("{0}")]
     Inverse(Box<InverseError>),
     #[error(transparent)]
-    Fingerprint(#[from] FingerprintError),
-    #[error(transparent)]
     Map(#[from] MapFileError),
     #[error(transparent)]
     Mesh(#[from] MeshFileError),
@@ -63,8 +61,14 @@ pub(crate) enum CliError {
     NothingMoves,
     #[error(transparent)]
     Render(#[from] RenderError),
-    #[error("{}: cannot be written: {reason}; give another place with --out", path.display())]
-    Write { path: PathBuf, reason: std::io::Error },
+    #[error("--out: {0}")]
+    Write(#[from] WriteError),
+    #[error("--out: {} would be replaced, but is read; give another place", .0.display())]
+    OverInput(PathBuf),
+    #[error("there is no face {}; did you mean `standard`?", .0.display())]
+    MisspeltStandard(PathBuf),
+    #[error("stdout cannot be written: {0}; send it to where there is room")]
+    Stdout(std::io::Error),
     #[error("solution.json cannot be put together: {0}")]
     Json(#[from] serde_json::Error),
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use modiolus::forward::operate;
-use modiolus::io::{read_plan, read_target};
+use modiolus::io::{WriteError, read_plan, read_target};
 use modiolus::render::{
     Action, Drawing, Image, Scene, Show, action_sheet, before_and_after, contact_sheet, force_sheet,
     muscle_stems, three_views,
@@ -25,7 +25,7 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
     let loaded = load(&options.common.face, &mut progress)?;
     let face = &loaded.face;
     let out = &options.out;
-    fs::create_dir_all(out).map_err(|reason| CliError::Write { path: out.clone(), reason })?;
+    fs::create_dir_all(out).map_err(|reason| WriteError::new(out, reason))?;
     let stems = muscle_stems(face);
     let stem_of = |name: &str| {
         stems.iter().find(|s| [(*s).clone(), format!("{s}_l"), format!("{s}_r")].contains(&name.to_owned()))

@@ -1,5 +1,6 @@
 //! `modiolus fit`.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use argmin::core::State;
@@ -8,10 +9,10 @@ use modiolus::face::{ContactReach, ContactSearch, Face};
 use modiolus::forward::{Deformation, Model};
 use modiolus::inverse::{
     self, ActivatedProblem, ContactFit, Expected, FittedContact, InverseError, Observations, SequentialState,
-    Solution, Status, Warning,
+    Solution, Status, Target, Warning,
 };
 use modiolus::io::{
-    CertificateJson, DeformationJson, ExpectedJson, FeatureJson, LimitJson, LinearJson, MarkerJson,
+    CertificateJson, DeformationJson, ExpectedJson, FeatureJson, FileSet, LimitJson, LinearJson, MarkerJson,
     OtherJson, ResidualJson, SolutionJson, StepJson, TargetDocument, read_target,
 };
 use modiolus::mesh::{Locator, Site};
@@ -20,8 +21,8 @@ use modiolus::units::Vec3;
 use super::Outcome;
 use super::arguments::{ContactMode, FitOptions, Stiffness};
 use super::error::CliError;
-use super::export::{Answer, beyond_linear, export, tell_load};
-use super::load::{LoadedFace, fingerprint, load, pose};
+use super::export::{ANSWER, Answer, beyond_linear, export, keep_inputs, tell_load};
+use super::load::{LoadedFace, input_name, load, pose};
 use super::progress::Progress;
 
 /// The activation at which a nonlinear fit first holds the stiffness, to find a start.
@@ -40,7 +41,7 @@ struct Found {
 
 pub(crate) fn run(options: &FitOptions) -> Result<Outcome, CliError> {
     let Fitted { answer, loaded, out, solved } = fit(options)?;
-    let text = export(&answer, &loaded.face, &out, options.json)?;
+    let text = export(answer, &loaded.face, FileSet::new(&out), options.json)?;
     Ok(Outcome { text, solved })
 }
 
@@ -57,6 +58,8 @@ fn fit(options: &FitOptions) -> Result<Fitted, CliError> {
     let document = read_target(&options.target)?;
     let mut progress = Progress::new();
     let loaded = load(&options.common.face, &mut progress)?;
+    let out = out_of(options, &document.target);
+    keep_inputs(&loaded, ANSWER.map(|name| out.join(name)))?;
     fit_on(loaded, &document, options, progress)
 }
 
@@ -67,8 +70,7 @@ pub(crate) fn fit_on(
     options: &FitOptions,
     mut progress: Progress,
 ) -> Result<Fitted, CliError> {
-    let (name, hash) = fingerprint(&options.target)?;
-    loaded.inputs.insert(name, hash);
+    loaded.inputs.insert(input_name(&options.target), document.sha256.clone());
     let face = &loaded.face;
     let muscles: Vec<String> = face.muscles.iter().map(|m| m.name.clone()).collect();
     let document = document.expand_patterns(&muscles)?;
@@ -121,7 +123,7 @@ pub(crate) fn fit_on(
 
     let solved = solution.status == Status::Solved;
     let heading = format!("{} on {}: {}", target.name, loaded.called, solution.status);
-    let out = options.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&target.name));
+    let out = out_of(options, target);
     let deformation = displacement.as_ref().map(|u| Deformation::of(&face.mesh, u));
     let mut json = solution_json(&found, deformation.as_ref(), options, &document, &loaded, progress);
     let mut contact_load = None;
@@ -134,6 +136,11 @@ pub(crate) fn fit_on(
     let (displacement, activation) = (displacement.clone(), solution.activations.values.clone());
     let answer = Answer { heading, json, displacement, activation, contact_load };
     Ok(Fitted { answer, loaded, out, solved })
+}
+
+/// The folder for the answer.
+fn out_of(options: &FitOptions, target: &Target) -> PathBuf {
+    options.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&target.name))
 }
 
 fn locate(face: &Face) -> impl Fn(Vec3) -> Result<Site, f64> {
@@ -228,6 +235,7 @@ fn solution_json(
         timings_s: progress.timings_s(),
         face: loaded.name.clone(),
         inputs: loaded.inputs.clone(),
+        files: BTreeMap::new(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
     }
 }

@@ -4,20 +4,22 @@ use std::collections::BTreeMap;
 
 use modiolus::face::{ContactLoad, ContactReach, ContactSearch, Face};
 use modiolus::forward::{Deformation, Model, SettledContact};
-use modiolus::io::{ContactJson, MarkerJson, ResidualJson, SolutionJson, StatusWord};
+use modiolus::inverse::Warning;
+use modiolus::io::{ContactJson, FileSet, MarkerJson, ResidualJson, SolutionJson, StatusWord};
 use modiolus::mesh::Site;
 
 use super::Outcome;
 use super::activation_list::resolve;
 use super::arguments::{ContactMode, ForwardOptions, Stiffness};
 use super::error::CliError;
-use super::export::{Answer, beyond_linear, export, tell_load};
+use super::export::{ANSWER, Answer, beyond_linear, export, keep_inputs, tell_load};
 use super::load::{LoadedFace, load, pose};
 use super::progress::Progress;
 
 pub(crate) fn run(options: &ForwardOptions) -> Result<Outcome, CliError> {
     let mut progress = Progress::new();
     let loaded = load(&options.common.face, &mut progress)?;
+    keep_inputs(&loaded, ANSWER.map(|name| options.out.join(name)))?;
     let face = &loaded.face;
     let muscles: Vec<String> = face.muscles.iter().map(|m| m.name.clone()).collect();
     let activation = resolve(&options.activate, &muscles)?;
@@ -53,7 +55,7 @@ pub(crate) fn run(options: &ForwardOptions) -> Result<Outcome, CliError> {
     let heading = format!("Activations on {}", loaded.called);
     let State { activation, displacement, .. } = state;
     let answer = Answer { heading, json, displacement: Some(displacement), activation, contact_load };
-    let text = export(&answer, face, &options.out, options.json)?;
+    let text = export(answer, face, FileSet::new(&options.out), options.json)?;
     Ok(Outcome { text, solved: true })
 }
 
@@ -123,14 +125,13 @@ pub(crate) fn forward_json(
         timings_s: progress.timings_s(),
         face: loaded.name.clone(),
         inputs: loaded.inputs.clone(),
+        files: BTreeMap::new(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
     }
 }
 
-/// The warning about surfaces that still overlap.
+/// The warning about contacts that still change.
 pub(crate) fn unsettled(overlap_mm: f64) -> String {
-    format!(
-        "the gaps did not settle where the tissue went: it overlaps teeth or the other lip by {overlap_mm:.1} mm more \
-         than at rest; ask for less movement"
-    )
+    let left = Warning::left_by(overlap_mm);
+    format!("the contacts did not settle where the tissue went: {left}; ask for less movement")
 }

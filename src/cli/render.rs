@@ -2,21 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use modiolus::face::{ContactReach, Face, Pose};
+use modiolus::face::{ContactReach, Pose};
 use modiolus::forward::{FixedStiffness, Model, Response, contact_forces};
 use modiolus::io::{read_answer, write_atomically};
 use modiolus::render::{Drawing, Image, RenderError, Scene};
-use nalgebra::{DVector, Vector3};
+use nalgebra::DVector;
 
 use super::Outcome;
 use super::activation_list::resolve;
 use super::arguments::{ContactMode, FaceChoice, RenderOptions, Stiffness};
 use super::error::CliError;
+use super::export::keep_inputs;
 use super::load::{LoadedFace, load, pose};
 use super::progress::{Progress, say};
-
-/// Farthest that a node of a written face lies from where the written displacement takes it, mm: rounding alone.
-const WRITTEN_MM: f64 = 1e-6;
 
 /// A face and how it is moved.
 struct Posed {
@@ -35,6 +33,7 @@ pub(crate) fn run(options: &RenderOptions) -> Result<Outcome, CliError> {
         face => activated(face, options, &mut progress)?,
     };
     let Posed { loaded, activation, displacement, pose } = &posed;
+    keep_inputs(loaded, [options.out.clone()])?;
     if options.show.displacement && displacement.is_none() {
         return Err(CliError::NothingMoves);
     }
@@ -57,7 +56,7 @@ pub(crate) fn run(options: &RenderOptions) -> Result<Outcome, CliError> {
 /// Writes a picture as a PNG file.
 pub(crate) fn write_image(path: &Path, image: &Image) -> Result<(), CliError> {
     let bytes = image.to_png()?;
-    write_atomically(path, &bytes).map_err(|reason| CliError::Write { path: path.to_owned(), reason })?;
+    write_atomically(path, &bytes)?;
     say(&format!(
         "wrote {}, {} x {} pixels, {} kB",
         path.display(),
@@ -144,31 +143,8 @@ fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Resul
     let of = |name: &String| files.activations.get(name).copied().unwrap_or(0.0);
     let activation = loaded.face.muscles.iter().map(|m| of(&m.name)).collect();
     let pose = pose(&loaded.face, files.jaw_opening_mm);
-    if let Some(operated) = operated(dir, &loaded.face, &files.displacement, progress)? {
-        loaded.face.teeth = operated.teeth;
+    if let Some(index) = files.operated {
+        loaded.face.teeth = load(&FaceChoice::File(index), progress)?.face.teeth;
     }
     Ok(Posed { loaded, activation: Some(activation), displacement: Some(files.displacement), pose })
-}
-
-/// The face beside the answer in `dir`, if the displacement (3n, mm) leads from `face` to it, as `surgery` leaves one.
-fn operated(
-    dir: &Path,
-    face: &Face,
-    displacement: &[f64],
-    progress: &mut Progress,
-) -> Result<Option<Face>, CliError> {
-    let index = dir.join("face.toml");
-    if !index.exists() {
-        return Ok(None);
-    }
-    let beside = load(&FaceChoice::File(index), progress)?.face;
-    let moved = face.mesh.points.iter().zip(displacement.as_chunks::<3>().0);
-    let leads = beside.mesh.n_nodes() == face.mesh.n_nodes()
-        && beside
-            .mesh
-            .points
-            .iter()
-            .zip(moved)
-            .all(|(there, (x, &u))| (there - x - Vector3::from(u)).norm() <= WRITTEN_MM);
-    Ok(leads.then_some(beside))
 }

@@ -12,6 +12,7 @@ mod landmark;
 mod muscle;
 mod pose;
 mod rigid_motion;
+mod sides;
 mod skin_normal;
 pub mod standard;
 mod support;

@@ -37,7 +37,10 @@ pub enum ContactMode {
 #[non_exhaustive]
 pub enum InverseError {
     /// The response makes no quadratic program.
-    #[error("the response makes no quadratic program: {0}")]
+    #[error(
+        "the response makes no quadratic program: {0}; a `max_force_n`, a modulus, a `sigma_mm` or the `effort` is too \
+         large or too small to be computed with"
+    )]
     Program(#[from] ProblemError),
     /// The target does not fit the response.
     #[error(transparent)]
@@ -90,8 +93,6 @@ pub struct Problem {
     pub(super) tied: TiedPairs,
     pub(super) markers: Vec<MarkerAim>,
     pub(super) features: Vec<FeatureAim>,
-    pub(super) n_pairs: usize,
-    pub(super) effort: f64,
 }
 
 impl Problem {
@@ -117,8 +118,6 @@ impl Problem {
             tied: TiedPairs::default(),
             markers: Vec::new(),
             features: Vec::new(),
-            n_pairs: target.symmetry.len(),
-            effort: target.effort,
         };
         problem.add_markers(target, observations);
         problem.add_features(target, observations)?;

@@ -32,11 +32,16 @@ pub enum Warning {
         /// The other.
         other: String,
     },
-    /// Fewer observed components than free muscles, and no effort to decide.
+    /// A marker that no activation moves, such as one on bone.
+    Immovable {
+        /// The marker.
+        marker: String,
+    },
+    /// Fewer independent observed components than free unknowns, and no effort to decide.
     Underdetermined {
-        /// Observed components.
+        /// Rank of the residuals over the free unknowns.
         components: usize,
-        /// Muscles that are not fixed.
+        /// Muscles, and the opening of the jaw, that are neither fixed nor tied to another.
         muscles: usize,
     },
     /// The limits keep a marker more than three standard deviations away.
@@ -56,6 +61,14 @@ pub enum Warning {
 }
 
 impl Warning {
+    /// What contacts that did not settle leave, in words: the overlap where there is one to be seen.
+    pub fn left_by(overlap_mm: f64) -> String {
+        if overlap_mm < 5e-4 {
+            return "nothing overlaps, but they still change from one linearisation to the next".to_owned();
+        }
+        format!("tissue overlaps teeth or the other lip by {overlap_mm:.3} mm more than at rest")
+    }
+
     /// What to do about it.
     pub fn remedy(&self) -> &'static str {
         match self {
@@ -69,6 +82,7 @@ impl Warning {
             Self::Indistinguishable { .. } => {
                 "only their sum is determined: tie them, fix one, or add an effort"
             }
+            Self::Immovable { .. } => "put it on the skin, or leave it out: it lies on bone",
             Self::Underdetermined { .. } => "observe more points, fix muscles, or add an effort",
             Self::Unsettled { .. } => {
                 "ask for less movement, bound the muscles that press there, or refine the mesh about them"
@@ -94,14 +108,16 @@ impl fmt::Display for Warning {
             Self::Indistinguishable { muscle, other } => {
                 write!(f, "{muscle} and {other} move the observed points alike")
             }
+            Self::Immovable { marker } => write!(f, "no activation moves marker {marker}"),
             Self::Underdetermined { components, muscles } => {
-                write!(f, "{components} observed components cannot determine {muscles} muscles")
+                write!(
+                    f,
+                    "{components} independent observed components cannot determine {muscles} activations: others fit as well"
+                )
             }
-            Self::Unsettled { overlap_mm } => write!(
-                f,
-                "the contacts did not settle on the deformed face: it overlaps teeth or the other lip by {overlap_mm:.3} \
-                 mm more than at rest"
-            ),
+            Self::Unsettled { overlap_mm } => {
+                write!(f, "the contacts did not settle on the deformed face: {}", Self::left_by(*overlap_mm))
+            }
             Self::Unreachable { marker, residual_mm, limits } => {
                 write!(f, "marker {marker} stays {residual_mm:.3} mm away, held by {}", limits.join(", "))
             }

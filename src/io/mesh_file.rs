@@ -17,6 +17,11 @@ use crate::units::LengthUnit;
 /// # Errors
 /// With file, line or byte, field, value and fix, whenever the file is not such a mesh.
 pub fn read_mesh(path: &Path, unit: LengthUnit) -> Result<Mesh, MeshFileError> {
+    parse_mesh(path, &text::read_bytes(path)?, unit)
+}
+
+/// The volume mesh in the `bytes` of the file `path`, as [`read_mesh`] has it.
+pub(super) fn parse_mesh(path: &Path, bytes: &[u8], unit: LengthUnit) -> Result<Mesh, MeshFileError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let parse = match extension.as_str() {
         "vtu" => vtu::parse,
@@ -31,7 +36,7 @@ pub fn read_mesh(path: &Path, unit: LengthUnit) -> Result<Mesh, MeshFileError> {
             ));
         }
     };
-    let mut mesh = parse(path, &text::read_bytes(path)?)?;
+    let mut mesh = parse(path, bytes)?;
     let nothing = |what| Err(MeshFileError::new(Location::file(path), MeshFileErrorKind::Nothing { what }));
     if mesh.points.is_empty() {
         return nothing("nodes");

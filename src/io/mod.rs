@@ -4,7 +4,9 @@ mod answer;
 mod atomic;
 mod face_export;
 mod face_toml;
+mod file_set;
 mod inp;
+mod input_file;
 mod location;
 mod map_npz;
 mod mesh_file;
@@ -21,14 +23,17 @@ mod solution_json;
 mod target_toml;
 mod text;
 mod vtu;
+mod write_error;
 
 pub use answer::{AnswerFileError, AnswerFiles, read_answer};
 pub use atomic::write_atomically;
-pub use face_export::{FaceExportError, write_face};
+pub use face_export::{FaceExportError, put_face, write_face};
 pub use face_toml::{
     FaceDocument, FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWarningKind, face_schema,
     read_face,
 };
+pub use file_set::{FileSet, settle_folder};
+pub use input_file::{InputFile, UnreadableText};
 pub use location::Location;
 pub use map_npz::{MapFileError, MapNpz};
 pub use mesh_file::read_mesh;
@@ -37,7 +42,7 @@ pub use nearest::nearest;
 pub use nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
 pub use obj::read_obj;
 pub use plan_toml::{PlanDocument, PlanFileError, parse_plan, plan_schema, read_plan};
-pub use sha256::{FingerprintError, sha256, sha256_of_file};
+pub use sha256::sha256;
 pub use solution_json::{
     CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, MarkerJson, RelaxationEndWord,
     ResidualJson, SolutionJson, StatusWord, solution_schema,
@@ -45,4 +50,5 @@ pub use solution_json::{
 pub use target_toml::{
     FieldLines, TargetDocument, TargetFileError, TargetWarning, parse_target, read_target, target_schema,
 };
-pub use vtu::{VtuData, write_vtu};
+pub use vtu::{VtuData, vtu_text, write_vtu};
+pub use write_error::{WriteError, WriteErrorKind};

@@ -16,7 +16,12 @@ type Result<T> = std::result::Result<T, MeshFileError>;
 /// # Errors
 /// With the line, whenever the file is not such a surface.
 pub fn read_obj(path: &Path, unit: LengthUnit) -> Result<Surface> {
-    let mut surface = parse(path, &text::read_bytes(path)?)?;
+    parse_obj(path, &text::read_bytes(path)?, unit)
+}
+
+/// The surface in the `bytes` of the OBJ file `path`, as [`read_obj`] has it.
+pub(super) fn parse_obj(path: &Path, bytes: &[u8], unit: LengthUnit) -> Result<Surface> {
+    let mut surface = parse(path, bytes)?;
     surface.points.iter_mut().for_each(|p| *p *= unit.in_mm());
     Ok(surface)
 }

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use super::bvh::{Aabb, Bvh};
 use super::closest::{FacetPoint, closest_on_facet, corner_weights};
 use super::quality::jacobian;
-use super::{CellKind, Facet, MAX_NODES, Mesh, Site, boundary_facets};
+use super::{CellKind, Extent, Facet, MAX_NODES, Mesh, Site, boundary_facets};
 use crate::units::Vec3;
 
 /// Reference coordinates beyond which a point counts as outside a cell.
@@ -57,7 +57,7 @@ impl Locator {
             curved_box(&mesh.points, f.nodes(), &[[0, 1], [1, 2], [2, 0]], mids)
         });
         let (cell_tree, facet_tree) = (Bvh::new(cell_boxes.collect()), Bvh::new(facet_boxes.collect()));
-        let (lo, hi) = mesh.bounds();
+        let Extent { lo, hi } = mesh.extent();
         let bare = Mesh::new(mesh.points.clone(), mesh.cells.clone());
         Self { mesh: bare, facets, cell_tree, facet_tree, tolerance_mm: 1e-10 * (hi - lo).norm() }
     }
@@ -217,7 +217,7 @@ mod tests {
         // between two of them must not be sent to the boundary.
         let turn = nalgebra::Rotation3::from_euler_angles(0.4, -0.7, 1.1);
         let mut mesh = block([3, 3, 4]);
-        let (lo, hi) = mesh.bounds();
+        let Extent { lo, hi } = mesh.extent();
         for p in &mut mesh.points {
             let share = (*p - lo).component_div(&(hi - lo));
             *p = turn * Vec3::new(30. * share.x, 30. * share.y, 4e-4 * share.z) + Vec3::repeat(300.);

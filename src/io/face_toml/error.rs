@@ -4,12 +4,13 @@ use thiserror::Error;
 
 use crate::contact::{TeethError, TeethWarning};
 use crate::face::{FaceError, FaceWarning};
-use crate::io::{Location, MeshFileError};
+use crate::io::{Location, MeshFileError, UnreadableText};
 use crate::mesh::MeshWarning;
+use crate::units::counted;
 
 /// A face file that cannot be used: where, what, and what to do.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error("{location}: {kind}")]
+#[error("{}", location.before(kind))]
 pub struct FaceFileError {
     /// Where.
     pub location: Box<Location>,
@@ -29,11 +30,8 @@ impl FaceFileError {
 #[non_exhaustive]
 pub enum FaceFileErrorKind {
     /// The file cannot be opened or is not text.
-    #[error("cannot be read: {reason}; check the path, and that it is UTF-8 text")]
-    Unreadable {
-        /// What the system says.
-        reason: String,
-    },
+    #[error(transparent)]
+    Unreadable(#[from] UnreadableText),
     /// Something else than the format asks for.
     #[error("{reason}; schemas/face.schema.json shows the form")]
     Syntax {
@@ -87,7 +85,7 @@ pub enum FaceFileErrorKind {
         name: String,
     },
     /// A row of a table with too few or too many entries.
-    #[error("the row has {found} entries but the header {expected}; add or remove entries")]
+    #[error("the row has {} but the header {expected}; add or remove some", counted(*.found, "entry"))]
     RowLength {
         /// Entries of the row.
         found: usize,
@@ -106,6 +104,34 @@ pub enum FaceFileErrorKind {
         distance_mm: f64,
         /// The greatest distance accepted, mm.
         limit_mm: f64,
+    },
+    /// Something that is far smaller or larger than its like on a face of this size.
+    #[error(
+        "{what} measures {size_mm:.3} mm across where the mesh measures {mesh_mm:.0} mm{}; convert the coordinates, or \
+         state the `unit` that they are in", .unit.map(|u| format!(": {u}?")).unwrap_or_default()
+    )]
+    Size {
+        /// `the tooth surface`, `fibres of all muscles` ...
+        what: &'static str,
+        /// Longest side of the box around it, mm.
+        size_mm: f64,
+        /// That of the box around the mesh, mm.
+        mesh_mm: f64,
+        /// The unit in which it would be as large as expected.
+        unit: Option<&'static str>,
+    },
+    /// Something that lies elsewhere than the mesh.
+    #[error(
+        "{what} lies {gap_mm:.0} mm away from the mesh, which measures {mesh_mm:.0} mm; check its `unit`, and that it is \
+         in the frame of the mesh"
+    )]
+    Elsewhere {
+        /// As above.
+        what: &'static str,
+        /// Distance of the boxes around the two, mm.
+        gap_mm: f64,
+        /// Longest side of the box around the mesh, mm.
+        mesh_mm: f64,
     },
     /// The pieces of a sphincter that do not meet.
     #[error(
@@ -130,13 +156,24 @@ pub enum FaceFileErrorKind {
 
 /// What is odd about a face file, with its place.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error("{location}: {kind}")]
+#[error("{}", location.before(kind))]
 pub struct FaceFileWarning {
     /// Where.
     pub location: Location,
     /// What.
     #[source]
     pub kind: FaceFileWarningKind,
+}
+
+impl FaceFileWarning {
+    /// This warning and the same of a muscle's other side as one, at the place of this one.
+    pub(super) fn with_other_side(&self, other: &Self) -> Option<Self> {
+        let (FaceFileWarningKind::Face(a), FaceFileWarningKind::Face(b)) = (&self.kind, &other.kind) else {
+            return None;
+        };
+        let kind = FaceFileWarningKind::Face(a.with_other_side(b)?);
+        Some(Self { location: self.location.clone(), kind })
+    }
 }
 
 /// What is odd, and what to do.
@@ -167,6 +204,7 @@ pub enum FaceFileWarningKind {
 fn offer(nearest: &Option<String>, known: &[String]) -> String {
     match nearest {
         Some(name) => format!("did you mean `{name}`?"),
+        None if known.is_empty() => "there are none".to_owned(),
         None => format!("known are: {}", known.join(", ")),
     }
 }

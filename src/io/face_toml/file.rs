@@ -44,7 +44,8 @@ pub(super) struct FaceTable {
     /// Tooth surfaces.
     #[serde(default)]
     pub(super) teeth: Vec<TeethTable>,
-    /// Landmarks: a CSV with columns landmark, x, y, z (or `x_mm`, `y_mm`, `z_mm`).
+    /// Landmarks: a CSV with columns landmark, x, y, z (or `x_mm`, `y_mm`, `z_mm`), which are moved to the closest point
+    /// of the skin; or stay where they are with the nodes and weights that a further column carriers states.
     pub(super) landmarks: Option<String>,
     /// Further landmarks.
     #[serde(default)]
@@ -58,6 +59,10 @@ pub(super) struct FaceTable {
     /// Greatest distance between neighbouring fibre points, mm.
     #[serde(default = "one")]
     pub(super) fibre_step_mm: f64,
+    /// How the fibres run: "smooth" (the default), along smooth curves through their points that are brought inside
+    /// the mesh and cut into equal steps; or "polyline", from point to point as given, as an exported face has them.
+    #[schemars(extend("enum" = ["smooth", "polyline"]))]
+    pub(super) fibre_course: Option<String>,
     /// Muscles.
     #[serde(default)]
     pub(super) muscles: Vec<MuscleTable>,

@@ -6,8 +6,10 @@ mod frame;
 mod landmarks;
 mod muscles;
 mod rows;
+mod scale;
 mod sets;
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -18,11 +20,14 @@ pub use error::{FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWarni
 
 use self::file::{FaceTable, MuscleTissueTable, TissueTable};
 use self::frame::Frame;
-use self::rows::read_text;
+use super::input_file::read_text;
+use super::mesh_file::parse_mesh;
 use super::nearest::nearest;
+use super::obj::parse_obj;
 use super::schema::{pretty, toml_schema_of};
 use super::target_toml::line_of;
-use super::{FieldLines, Location, MeshFileError, read_mesh, read_obj};
+use super::text::read_bytes;
+use super::{FieldLines, InputFile, Location, MeshFileError, UnreadableText, settle_folder};
 use crate::contact::closed_surface;
 use crate::face::{Face, FaceError, FaceWarning, Jaw, MuscleLaw, MuscleTissue, Support, Teeth, Tissue};
 use crate::mesh::{Mesh, MeshError, validate_shape};
@@ -36,7 +41,7 @@ pub struct FaceDocument {
     /// What is odd about the files and about the face.
     pub warnings: Vec<FaceFileWarning>,
     /// The files that were read, the face file first.
-    pub files: Vec<PathBuf>,
+    pub files: Vec<InputFile>,
 }
 
 /// Reads the face file `path` and the files that it names, which lie in `base`, or without one in the folder
@@ -46,20 +51,31 @@ pub struct FaceDocument {
 /// [`FaceFileError`] when it is no face that can be computed with: it names file, line, field, value and
 /// remedy.
 pub fn read_face(path: &Path, base: Option<&Path>) -> Result<FaceDocument, FaceFileError> {
-    let text = read_text(path)?;
-    let root = DeTable::parse(&text).map_err(|e| not_toml(path, &text, &e))?;
-    let lines = FieldLines::of(path, &text, root.get_ref());
+    // What was being written there when its process ended is whole before it is read.
+    settle_folder(path.parent().unwrap_or(Path::new(""))).map_err(|e| {
+        let reason = UnreadableText::Io { reason: e.to_string() };
+        FaceFileError::new(Location::file(path), FaceFileErrorKind::Unreadable(reason))
+    })?;
+    let bytes = unread(path, read_text(path))?;
+    let text = bytes.strip_prefix('\u{feff}').unwrap_or(&bytes);
+    let root = DeTable::parse(text).map_err(|e| not_toml(path, text, &e))?;
+    let lines = FieldLines::of(path, text, root.get_ref());
     let table =
-        FaceTable::deserialize(toml::Deserializer::from(root)).map_err(|e| not_toml(path, &text, &e))?;
+        FaceTable::deserialize(toml::Deserializer::from(root)).map_err(|e| not_toml(path, text, &e))?;
     let beside = path.parent().unwrap_or(Path::new(""));
     let own = table.base.as_ref().map_or_else(|| beside.to_owned(), |folder| beside.join(folder));
     let base = base.map_or(own, Path::to_owned);
-    let mut reader =
-        Reader { path, lines: &lines, base, warnings: Vec::new(), muscle_fields: BTreeMap::new() };
+    let mut reader = Reader {
+        lines: &lines,
+        base,
+        warnings: Vec::new(),
+        muscle_fields: BTreeMap::new(),
+        files: RefCell::new(vec![InputFile::new(path, bytes.as_bytes())]),
+    };
     let face = reader.face(&table)?;
     reader.check(&table, &face)?;
-    let files = reader.files(&table);
-    Ok(FaceDocument { face, warnings: reader.warnings, files })
+    let warnings = FaceWarning::join_sides(reader.warnings, FaceFileWarning::with_other_side);
+    Ok(FaceDocument { face, warnings, files: reader.files.into_inner() })
 }
 
 /// The JSON schema of face files, as in `schemas/face.schema.json`.
@@ -69,12 +85,18 @@ pub fn face_schema() -> String {
 
 /// One reading of one face file.
 struct Reader<'a> {
-    path: &'a Path,
     lines: &'a FieldLines,
     base: PathBuf,
     warnings: Vec<FaceFileWarning>,
     /// The table of each muscle, by the muscle's full name.
     muscle_fields: BTreeMap<String, String>,
+    /// What was read so far.
+    files: RefCell<Vec<InputFile>>,
+}
+
+/// What a face file or table that cannot be read gets.
+fn unread<T>(path: &Path, read: Result<T, UnreadableText>) -> Result<T, FaceFileError> {
+    read.map_err(|reason| FaceFileError::new(Location::file(path), FaceFileErrorKind::Unreadable(reason)))
 }
 
 impl Reader<'_> {
@@ -101,7 +123,7 @@ impl Reader<'_> {
             condyles: jaw.condyles_mm.map(Vec3::from),
             incisor: Vec3::from(jaw.incisor_mm),
         });
-        let teeth = self.teeth(table, &supports, &frame, unit)?;
+        let teeth = self.teeth(table, &supports, &mesh, &frame, unit)?;
         let landmarks = self.landmarks(table, &frame, &mesh, &skin)?;
         let muscles = self.muscles(table, &frame, &mesh, &skin)?;
         let name = table.name.clone();
@@ -145,8 +167,9 @@ impl Reader<'_> {
     }
 
     fn mesh(&self, table: &FaceTable, frame: &Frame, unit: LengthUnit) -> Result<Mesh, FaceFileError> {
-        let mut mesh = read_mesh(&self.path_of(&table.mesh), unit)
-            .map_err(|e| self.error("mesh", FaceFileErrorKind::Mesh(e)))?;
+        let file = self.path_of(&table.mesh);
+        let read = self.bytes(&file).and_then(|bytes| parse_mesh(&file, &bytes, unit));
+        let mut mesh = read.map_err(|e| self.error("mesh", FaceFileErrorKind::Mesh(e)))?;
         for p in &mut mesh.points {
             *p = frame.point_in_mm(*p);
         }
@@ -186,6 +209,7 @@ impl Reader<'_> {
         &mut self,
         table: &FaceTable,
         supports: &[Support],
+        mesh: &Mesh,
         frame: &Frame,
         unit: LengthUnit,
     ) -> Result<Vec<Teeth>, FaceFileError> {
@@ -212,11 +236,15 @@ impl Reader<'_> {
                 None if has("maxilla") => "maxilla",
                 None => "skull",
             };
-            let mut surface = read_obj(&self.path_of(&arch.file), unit)
-                .map_err(|e| self.error(&field, FaceFileErrorKind::Mesh(e)))?;
+            let file = self.path_of(&arch.file);
+            let read = self.bytes(&file).and_then(|bytes| parse_obj(&file, &bytes, unit));
+            let mut surface = read.map_err(|e| self.error(&field, FaceFileErrorKind::Mesh(e)))?;
             for p in &mut surface.points {
                 *p = frame.point_in_mm(*p);
             }
+            // Before anything is computed with it: squares of far coordinates overflow.
+            scale::check("the tooth surface", &surface.points, mesh)
+                .map_err(|kind| self.error(&field, kind))?;
             let (surface, warnings) = closed_surface(&surface, arch.cap_holes)
                 .map_err(|e| self.error(&field, FaceFileErrorKind::Teeth(e)))?;
             for warning in warnings {
@@ -265,11 +293,19 @@ impl Reader<'_> {
             | FaceError::NoFibre { muscle }
             | FaceError::ZeroLength { muscle, .. }
             | FaceError::OutsideMesh { muscle, .. } => format!("{}.name", of(muscle)),
-            FaceError::MissingNode { set, .. } => set.clone(),
+            FaceError::MissingNode { set, .. } | FaceError::OrphanNode { set, .. } => {
+                self.field_of_set(table, set)
+            }
             FaceError::Jaw { field, .. } => (*field).to_owned(),
             FaceError::UnknownBone { field, .. } => field.clone(),
         };
         self.error(&field, FaceFileErrorKind::Face(error))
+    }
+
+    /// The field that names the nodes of `set`: its own, or that of the support of this name.
+    fn field_of_set(&self, table: &FaceTable, set: &str) -> String {
+        let support = table.supports.iter().position(|s| s.bone == set);
+        support.map_or_else(|| set.to_owned(), |k| format!("supports[{k}].set"))
     }
 
     fn field_of(&self, warning: &FaceWarning) -> String {
@@ -282,25 +318,30 @@ impl Reader<'_> {
             FaceWarning::TwoBones { support, .. } => format!("supports[{support}].set"),
             FaceWarning::SameFibres { second, .. } => format!("{}.name", of(second)),
             FaceWarning::Projected { muscle, .. } => format!("{}.name", of(muscle)),
-            FaceWarning::RestOverlap(_) => "teeth".to_owned(),
+            FaceWarning::RestOverlap(_) | FaceWarning::NoContact { .. } => "teeth".to_owned(),
             FaceWarning::Mesh(_) => "mesh".to_owned(),
         }
     }
 
-    fn files(&self, table: &FaceTable) -> Vec<PathBuf> {
-        let optional = [&table.node_sets, &table.landmarks, &table.fibres];
-        let muscles = table.muscles.iter().filter_map(|m| m.file.as_ref());
-        let named = std::iter::once(&table.mesh)
-            .chain(optional.into_iter().flatten())
-            .chain(muscles)
-            .chain(table.teeth.iter().map(|t| &t.file));
-        let mut files = vec![self.path.to_owned()];
-        for file in named.map(|file| self.path_of(file)) {
-            if !files.contains(&file) {
-                files.push(file);
-            }
+    /// The bytes of a named file, whose fingerprint is kept.
+    fn bytes(&self, file: &Path) -> Result<Vec<u8>, MeshFileError> {
+        let bytes = read_bytes(file)?;
+        self.note(file, &bytes);
+        Ok(bytes)
+    }
+
+    /// The text of a named table, whose fingerprint is kept.
+    fn text(&self, file: &Path) -> Result<String, FaceFileError> {
+        let text = unread(file, read_text(file))?;
+        self.note(file, text.as_bytes());
+        Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+    }
+
+    fn note(&self, file: &Path, bytes: &[u8]) {
+        let mut files = self.files.borrow_mut();
+        if files.iter().all(|known| known.path != file) {
+            files.push(InputFile::new(file, bytes));
         }
-        files
     }
 
     fn location(&self, field: &str) -> Location {

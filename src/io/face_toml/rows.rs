@@ -23,8 +23,8 @@ pub(super) struct Row<'a> {
 }
 
 impl Rows {
-    pub(super) fn read(file: &Path) -> Result<Self, FaceFileError> {
-        let text = read_text(file)?;
+    /// The table in the `text` of `file`.
+    pub(super) fn parse(file: &Path, text: &str) -> Result<Self, FaceFileError> {
         let split = |line: &str| -> Vec<String> { line.split(',').map(|e| e.trim().to_owned()).collect() };
         let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         let Some((_, header)) = lines.next() else {
@@ -44,8 +44,18 @@ impl Rows {
         Ok(Self { file: file.to_owned(), columns, rows })
     }
 
+    /// The table as a whole.
+    pub(super) fn location(&self) -> Location {
+        Location::file(&self.file)
+    }
+
     pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         self.rows.iter().map(|(line, entries)| Row { table: self, line: *line, entries })
+    }
+
+    /// Whether there is a column `name`.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.columns.iter().any(|c| c == name)
     }
 
     fn column(&self, name: &str) -> Result<usize, FaceFileError> {
@@ -85,13 +95,4 @@ impl Row<'_> {
         }
         Ok(if in_mm { frame.point_in_mm(p) } else { frame.point(p) })
     }
-}
-
-/// The text of `file` without a byte-order mark.
-pub(super) fn read_text(file: &Path) -> Result<String, FaceFileError> {
-    let text = std::fs::read_to_string(file).map_err(|e| {
-        let kind = FaceFileErrorKind::Unreadable { reason: e.to_string() };
-        FaceFileError::new(Location::file(file), kind)
-    })?;
-    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::Reader;
 use super::error::{FaceFileError, FaceFileErrorKind};
 use super::file::SelectTable;
-use super::rows::read_text;
+use super::scale;
 use crate::contact::Facets;
 use crate::io::Location;
 use crate::mesh::Mesh;
@@ -15,7 +15,7 @@ use crate::units::Vec3;
 impl Reader<'_> {
     /// Adds the sets of the JSON file `file` to those of `mesh`; a set of the same name replaces it.
     pub(super) fn add_json_sets(&self, file: &Path, mesh: &mut Mesh) -> Result<(), FaceFileError> {
-        let sets: BTreeMap<String, Vec<usize>> = serde_json::from_str(&read_text(file)?).map_err(|e| {
+        let sets: BTreeMap<String, Vec<usize>> = serde_json::from_str(&self.text(file)?).map_err(|e| {
             let kind = FaceFileErrorKind::Syntax { reason: format!("no JSON object of node lists: {e}") };
             FaceFileError::new(Location::file(file).at_line(e.line()), kind)
         })?;
@@ -54,6 +54,9 @@ impl Reader<'_> {
                 let kind = FaceFileErrorKind::Value { value: format!("{:?}", table.within_mm), accepted };
                 return Err(self.error(&format!("select[{k}].within_mm"), kind));
             }
+            let corners = [lo, hi];
+            scale::check_least("the box", &corners, mesh)
+                .map_err(|kind| self.error(&format!("select[{k}].within_mm"), kind))?;
             let facing = table.facing.map(|d| Vec3::from(d).try_normalize(1e-12));
             if facing == Some(None) {
                 let accepted = "a direction that is not zero".to_owned();

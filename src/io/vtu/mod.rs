@@ -5,4 +5,4 @@ mod reader;
 mod writer;
 
 pub(super) use reader::{parse, point_vectors};
-pub use writer::{VtuData, write_vtu};
+pub use writer::{VtuData, vtu_text, write_vtu};
