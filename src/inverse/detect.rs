@@ -43,7 +43,8 @@ fn immovable(problem: &Problem) -> Vec<Warning> {
     let moves = |point: usize| problem.space.observed.rows(3 * point, 3).norm();
     let observed = problem.markers.iter().filter(|marker| marker.target_mm.iter().any(Option::is_some));
     let farthest = observed.clone().map(|marker| moves(marker.point)).fold(0.0, f64::max);
-    let still = observed.filter(|marker| moves(marker.point) <= NEGLIGIBLE * farthest);
+    let is_still = |point: usize| farthest > 0.0 && moves(point) <= NEGLIGIBLE * farthest;
+    let still = observed.filter(|marker| is_still(marker.point));
     still.map(|marker| Warning::Immovable { marker: marker.name.clone() }).collect()
 }
 
