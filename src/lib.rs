@@ -11,6 +11,7 @@ pub mod io;
 pub mod mesh;
 pub mod qp;
 pub mod render;
+pub mod study;
 pub mod units;
 
 /// The example of README.md is a test.

@@ -42,3 +42,23 @@ impl LengthUnit {
         }
     }
 }
+
+/// A number of things for messages: `1 cell`, `3 cells`, `2 entries`.
+pub fn counted(n: usize, thing: &str) -> String {
+    match (n, thing.strip_suffix('y')) {
+        (1, _) => format!("1 {thing}"),
+        (_, Some(stem)) => format!("{n} {stem}ies"),
+        _ => format!("{n} {thing}s"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::counted;
+
+    #[test]
+    fn one_thing_is_no_plural() {
+        assert_eq!(["cell", "entry"].map(|t| counted(1, t)), ["1 cell", "1 entry"]);
+        assert_eq!(["cell", "entry"].map(|t| counted(0, t)), ["0 cells", "0 entries"]);
+    }
+}

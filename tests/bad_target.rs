@@ -164,6 +164,16 @@ fn a_missing_name_is_refused() {
 }
 
 #[test]
+fn a_name_is_one_plain_word() {
+    let good = "name = \"smile\"";
+    for bad in ["../../evil", "/abs", "a b", "a\\nb", "a.b", "\\u001b[31m", &"n".repeat(300)] {
+        let error = refused(good, &format!("name = \"{bad}\""), &["t.toml:", "name", "one word of letters"]);
+        assert!(!error.to_string().contains('\u{1b}'), "{error:?}");
+    }
+    assert!(parse(&GOOD.replacen(good, "name = \"Lächeln_2-b\"", 1)).is_ok());
+}
+
+#[test]
 fn an_unknown_field_gets_the_nearest_name() {
     refused("sigma_mm = 1.2", "sigma = 1.2", &["t.toml:9: markers[0].sigma", "did you mean sigma_mm?"]);
     refused("effort", "efort", &["t.toml:3: efort", "did you mean effort?"]);
@@ -197,6 +207,10 @@ fn a_sigma_that_is_not_positive_and_finite_is_refused() {
     }
     for bad in ["nan", "inf", "-inf"] {
         refused("sigma_mm = 1.2", &format!("sigma_mm = {bad}"), &["t.toml:9: markers[0].sigma_mm", "finite"]);
+    }
+    for bad in ["1e-10", "1e-300", "1e5"] {
+        let parts = ["t.toml:9: markers[0].sigma_mm", "out of range", "1e-4 to 1e4"];
+        refused("sigma_mm = 1.2", &format!("sigma_mm = {bad}"), &parts);
     }
     refused("sigma_mm = 0.2", "sigma_mm = 0", &["features[0].sigma_mm", "not positive"]);
     refused("sigma_mm = 0.4", "sigma_mm = 0", &["symmetry[0].sigma_mm", "not positive"]);
@@ -309,6 +323,18 @@ fn the_same_point_twice_is_refused() {
 }
 
 #[test]
+fn lengths_in_metres_are_refused_wherever_they_stand() {
+    let feature = "value_mm = 0.0";
+    refused(feature, "value_mm = 0.04", &["features[0].value_mm", "metres"]);
+    refused(feature, "change_mm = -0.01", &["features[0].change_mm", "metres"]);
+    let opening = "effort = 0.1\njaw_opening_mm = 0.004";
+    refused("effort = 0.1", opening, &["jaw_opening_mm", "metres"]);
+    let second = "point_mm = [0.03, 0.02, -0.01]\ndisplacement_mm = [1.0, 0.0, 0.0]\nsigma_mm = 1\n\n\
+                  [[marker]]\nname = \"other\"\npoint_mm = [-0.03, 0.02, -0.01]";
+    refused("point_mm = [30.0, 20.0, -10.0]", second, &["point_mm", "rest point", "metres"]);
+}
+
+#[test]
 fn what_is_not_toml_is_refused_with_its_line() {
     let e = refused("effort = 0.1", "effort = = 0.1", &["t.toml:3", "not TOML"]);
     assert!(matches!(e, TargetFileError::Syntax { .. }));
@@ -325,7 +351,7 @@ fn an_empty_file_is_refused() {
 #[test]
 fn a_file_that_is_not_there_or_not_text_is_refused() {
     let e = read_target(Path::new("no/such.toml")).expect_err("refused");
-    assert!(e.to_string().contains("no/such.toml: cannot be read"), "{e}");
+    assert!(e.to_string().contains("no/such.toml: there is no such file"), "{e}");
     let dir = tempfile::tempdir().expect("a folder");
     let path = dir.path().join("binary.toml");
     std::fs::write(&path, [0xff, 0xfe, 0x00]).expect("written");

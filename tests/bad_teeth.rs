@@ -1,7 +1,7 @@
 //! Tooth surfaces that are no solids, and how they are told.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
 
-use modiolus::contact::{Solid, TeethError, TeethWarning, closed_surface};
+use modiolus::contact::{Solid, TeethError, TeethWarning, closed_surface, oriented};
 use modiolus::mesh::Surface;
 use modiolus::units::Vec3;
 
@@ -150,4 +150,25 @@ fn doubled_vertices_are_merged() {
     };
     let (closed, _) = closed_surface(&soup, false).unwrap();
     assert_eq!((closed.points.len(), closed.triangles.len()), (8, 12));
+}
+
+#[test]
+fn triangles_are_turned_outward_on_request() {
+    let both = with(cube(0., 2.), &cube(5., 1.));
+    assert_eq!(oriented(&both), (both.clone(), 0));
+    let mut mixed = both.clone();
+    for k in [1, 2, 7] {
+        mixed.triangles[k].swap(1, 2);
+    }
+    assert!(matches!(closed_surface(&mixed, false), Err(TeethError::Inconsistent { .. })));
+    let (turned, count) = oriented(&mixed);
+    assert_eq!(count, 3);
+    assert!(closed_surface(&turned, false).unwrap().1.is_empty());
+    let (turned, count) = oriented(&with(cube(0., 2.), &reversed(cube(5., 1.))));
+    assert_eq!(count, 12);
+    assert!(closed_surface(&turned, false).is_ok());
+    // Still where a hole has to be closed.
+    let mut open = mixed;
+    open.triangles.remove(0);
+    assert!(closed_surface(&oriented(&open).0, true).is_ok());
 }

@@ -248,6 +248,106 @@ fn a_target_without_observation_is_no_data() {
 }
 
 #[test]
+fn a_target_of_symmetry_or_effort_alone_is_no_data() {
+    let dir = folder();
+    let wishes = "name = \"still\"\nunit = \"mm\"\neffort = 0.1\n";
+    let pair = "\n[[symmetry]]\nleft = \"cheilion_l\"\nright = \"cheilion_r\"\nsigma_mm = 1.0\n";
+    for text in [wishes.to_owned(), format!("{wishes}{pair}")] {
+        let (path, out) = (target(&dir, &text), dir.path().join("out"));
+        let (code, stdout, _) = run(modiolus().arg("fit").arg(&path).arg("--out").arg(&out));
+        assert_eq!(code, 1, "{stdout}");
+        assert!(stdout.contains("still on the standard face: no data"), "{stdout}");
+    }
+}
+
+#[test]
+fn too_few_observations_without_effort_are_underdetermined() {
+    let dir = folder();
+    let path = target(&dir, &LEFT_CORNER.replace("effort = 0.1\n", ""));
+    let out = dir.path().join("out");
+    let mut command = modiolus();
+    command.arg("fit").arg(&path).args(["--json", "--stiffness", "fixed=0.5", "--contact", "off", "--out"]);
+    let (code, stdout, stderr) = run(command.arg(&out));
+    assert_eq!(code, 1, "{stderr}");
+    let json: Value = serde_json::from_str(&stdout).expect("JSON");
+    assert_eq!(json["status"], "underdetermined");
+    assert!(json["warnings"].to_string().contains("others fit as well"), "{}", json["warnings"]);
+    assert!(json["activations"].as_object().is_some_and(|a| !a.is_empty()), "one of the answers is given");
+}
+
+#[test]
+fn an_answer_replaces_the_old_one_whole() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    let mut command = modiolus();
+    command.args(["forward", "--activate", "risorius=0.5", "--contact", "off", "--out"]).arg(&out);
+    command.assert().success();
+    let json: Value =
+        serde_json::from_slice(&fs::read(out.join("solution.json")).expect("written")).expect("JSON");
+    let vtu = fs::read(out.join("face.vtu")).expect("written");
+    assert_eq!(json["files"], serde_json::json!({"face.vtu": modiolus::io::sha256(&vtu)}));
+    let path = target(&dir, &LEFT_CORNER.replace("[3.0, 4.0, nan]", "[nan, nan, nan]"));
+    modiolus().arg("fit").arg(&path).arg("--out").arg(&out).assert().code(1);
+    assert!(!out.join("face.vtu").exists(), "the displacement of another run stayed");
+    assert_eq!(fs::read_dir(&out).expect("a folder").count(), 1);
+}
+
+#[test]
+fn no_input_is_written_over() {
+    let dir = folder();
+    let face = dir.path().join("face");
+    let index = face.join("face.toml");
+    let mut command = modiolus();
+    command.args(["face", "export", "standard", "--resolution", "coarse", "--out"]).arg(&face);
+    command.assert().success();
+    let plan = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/setback/plan.toml");
+    let before = fs::read(&index).expect("written");
+    let mut command = modiolus();
+    command.args(["surgery", plan, "--face"]).arg(&index).arg("--out").arg(dir.path().join("x/../face"));
+    fs::create_dir(dir.path().join("x")).expect("made");
+    let (code, _, stderr) = run(&mut command);
+    assert!(code == 2 && stderr.contains("would be replaced, but is read"), "{stderr}");
+    assert_eq!(fs::read(&index).expect("there"), before);
+    fs::rename(face.join("mesh.vtu"), face.join("face.vtu")).expect("renamed");
+    let text = String::from_utf8(before).expect("text").replace("mesh.vtu", "face.vtu");
+    fs::write(&index, text).expect("written");
+    let mut command = modiolus();
+    command.args(["forward", "--activate", "risorius=0.5", "--face"]).arg(&index).arg("--out").arg(&face);
+    let (code, _, stderr) = run(&mut command);
+    assert!(code == 2 && stderr.contains("face.vtu would be replaced"), "{stderr}");
+}
+
+#[test]
+fn a_misspelt_standard_face_and_a_folder_are_told_as_such() {
+    let (code, _, stderr) = run(modiolus().args(["face", "check", "Standrd"]));
+    assert!(code == 2 && stderr.contains("did you mean `standard`?"), "{stderr}");
+    let (code, _, stderr) = run(modiolus().args(["face", "check", "examples"]));
+    assert!(code == 2 && stderr.contains("examples: is a folder"), "{stderr}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_stdout_without_room_is_an_error_and_a_closed_pipe_is_none() {
+    for verb in [&["face", "check", "standard"][..], &["--help"]] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("the full device");
+        let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("modiolus"));
+        let output = command.args(verb).stdout(full).output().expect("it runs");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && stderr.contains("stdout cannot be written"), "{stderr}");
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let status = command.stdout(writer).status().expect("it runs");
+        assert_eq!(status.code(), Some(0));
+    }
+}
+
+#[test]
+fn the_built_in_face_has_no_warning() {
+    let (_, stdout, _) = run(modiolus().args(["face", "check", "standard"]));
+    assert!(!stdout.contains("Warnings"), "{stdout}");
+}
+
+#[test]
 fn an_unknown_landmark_names_its_line_and_the_nearest() {
     let dir = folder();
     let path = target(&dir, &LEFT_CORNER.replace("cheilion_l", "chelion_l"));
@@ -285,11 +385,7 @@ fn a_bad_target_writes_nothing() {
     let parts = ["error: ", "t.toml:2: unit", "\"inch\"", "unit = \"mm\""];
     refused(modiolus().arg("fit").arg(&path).arg("--out").arg(&out), &out, &parts);
     let missing = dir.path().join("none.toml");
-    refused(
-        modiolus().arg("fit").arg(&missing).arg("--out").arg(&out),
-        &out,
-        &["none.toml", "cannot be read"],
-    );
+    refused(modiolus().arg("fit").arg(&missing).arg("--out").arg(&out), &out, &["none.toml", "no such file"]);
 }
 
 #[test]
@@ -298,7 +394,7 @@ fn a_missing_face_file_is_refused() {
     let (out, path) = (dir.path().join("out"), target(&dir, LEFT_CORNER));
     let mut command = modiolus();
     command.arg("fit").arg(&path).args(["--face", "no/face.toml", "--out"]).arg(&out);
-    refused(&mut command, &out, &["no/face.toml", "cannot be read"]);
+    refused(&mut command, &out, &["no/face.toml", "no such file"]);
 }
 
 #[test]
@@ -325,6 +421,9 @@ fn bad_arguments_name_the_flag_and_the_remedy() {
             &["--resolution", "coarse, standard, fine"],
         ),
         (&["forward"], &["--activate"]),
+        (&["forward", "--jaw-opening", "0.004"], &["--jaw-opening", "metres?"]),
+        (&["map"], &["--out", "written as NPZ", "out.npz"]),
+        (&["render", "standard"], &["--out", "written as PNG", "out.png"]),
     ] {
         refused(modiolus().args(arguments).arg("--out").arg(&out), &out, parts);
     }
@@ -349,4 +448,19 @@ fn version_and_help_go_to_stdout() {
     let (code, stdout, _) = run(modiolus().args(["fit", "--help"]));
     assert_eq!(code, 0);
     assert!(stdout.contains("--stiffness") && stdout.contains("--contact"), "{stdout}");
+}
+
+#[test]
+fn strains_have_names_and_finite_strain_no_held_stiffness() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    for (arguments, parts) in [
+        (["--strain", "finit", "--stiffness", "activated"], ["--strain", "did you mean finite?"]),
+        (["--strain", "finite", "--stiffness", "fixed=0.5"], ["fixed=0.5", "linear strain"]),
+        (["--strain", "finite", "--strength", "0"], ["--strength", "above 0"]),
+    ] {
+        let mut command = modiolus();
+        command.args(["forward", "--activate", "risorius=0.5"]).args(arguments).arg("--out").arg(&out);
+        refused(&mut command, &out, &parts);
+    }
 }

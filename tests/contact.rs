@@ -1,12 +1,17 @@
-//! Contact: distances in every nearest-feature region, ways out of a solid, pairs and their symmetry.
+//! Contact: distances in every nearest-feature region, ways out of a solid, pairs and their symmetry; overlap by
+//! other geometry.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
 
 mod common;
 
 use std::collections::BTreeMap;
 
+use common::block_face::block_face;
 use common::cuboid;
 use modiolus::contact::{Facets, Lip, Pair, PairKind, Solid, teeth_pairs};
+use modiolus::face::standard::{Resolution, standard};
+use modiolus::face::{ContactReach, Face, Inside, OverlapSearch, Pose, RigidMotion, Teeth, overlap};
+use modiolus::forward::Model;
 use modiolus::mesh::{Cell, CellKind, Mesh, Surface};
 use modiolus::units::Vec3;
 
@@ -319,4 +324,167 @@ fn mirrored_lips_have_mirrored_pairs() {
         }
         assert!(ties > 0, "a node of the mid-plane ties at bend {bend}");
     }
+}
+
+/// A block 60 x 40 x 12 mm of 10 mm cells whose front, at z = 12, is mucosa before `teeth` on the upper jaw.
+fn block_before(teeth: Surface) -> Face {
+    let mut face = block_face([6, 4, 1]);
+    face.mucosa = face.skin.clone();
+    face.teeth = vec![Teeth { upper: true, bone: "maxilla".into(), surface: teeth }];
+    face
+}
+
+fn shifted(face: &Face, by: impl Fn(Vec3) -> Vec3) -> Vec<f64> {
+    face.mesh.points.iter().flat_map(|p| by(*p).as_slice().to_vec()).collect()
+}
+
+#[test]
+fn a_box_pushed_into_tissue_overlaps_it_by_how_far_it_was_pushed() {
+    let face = block_before(cuboid(Vec3::new(-13., -7., 11.7), Vec3::new(13., 7., 20.)));
+    let search = OverlapSearch::new(&face);
+    for (push, jaw) in [(0., 0.), (0.4, 0.), (0.4, 0.5), (-0.1, 0.15), (-0.2, 0.5)] {
+        let u = shifted(&face, |_| Vec3::z() * push);
+        let pose = Pose::rest().with("maxilla", RigidMotion::translation(Vec3::z() * jaw));
+        let found = search.at(&face, &u, &pose);
+        let expected = f64::max(0.3 + push - jaw, 0.);
+        for depth in [found.teeth_mm(), found.tooth_edges_mm(), found.deepest_mm()] {
+            assert!((depth - expected).abs() < 1e-9, "{push} {jaw}: {depth} for {expected}");
+        }
+        assert!((found.beyond_rest_mm() - f64::max(push - jaw, 0.).min(expected)).abs() < 1e-9);
+        assert_eq!(found.tissue_mm(), 0.);
+    }
+}
+
+#[test]
+fn a_ridge_between_nodes_is_found_where_no_node_and_no_sample_is_inside() {
+    // Facets run from x = 0 to 10: nodes at 0 and 10, samples at 0, 2, 4, 6, 8, 10.
+    for (from, to, sampled) in [(2.5, 7.5, true), (4.5, 5.5, false)] {
+        let face = block_before(cuboid(Vec3::new(from, 1., 11.8), Vec3::new(to, 9., 20.)));
+        let u = vec![0.; 3 * face.mesh.n_nodes()];
+        let reach = ContactReach::default();
+        assert_eq!(face.contact_pairs_at(reach, &u, &Pose::rest()).overlap_mm(), 0., "no node is inside");
+        let found = overlap(&face, &u, &Pose::rest());
+        assert!((found.tooth_edges_mm() - 0.2).abs() < 1e-9, "{}", found.tooth_edges_mm());
+        assert!((found.teeth_mm() - if sampled { 0.2 } else { 0. }).abs() < 1e-9, "{}", found.teeth_mm());
+        let place = found.deepest().unwrap();
+        assert_eq!(face.landmarks[place.landmark.unwrap()].name, "cheilion_l");
+    }
+}
+
+#[test]
+fn blocks_that_cross_are_as_deep_as_they_crossed() {
+    // A block above another one, 1 mm apart, turned and narrower so that none of their lattices match.
+    let mut face = block_face([6, 4, 1]);
+    let mut other = block_face([5, 3, 2]).mesh;
+    let below = face.mesh.n_nodes();
+    let turn = nalgebra::Rotation3::from_euler_angles(0., 0., 0.3);
+    face.mesh.points.extend(other.points.drain(..).map(|p| turn * (0.6 * p) + Vec3::z() * 13.));
+    let shift = |c: &Cell| Cell::new(c.kind(), &c.nodes().iter().map(|n| n + below).collect::<Vec<_>>());
+    face.mesh.cells.extend(other.cells.iter().map(shift));
+    face.mesh = Mesh::new(std::mem::take(&mut face.mesh.points), std::mem::take(&mut face.mesh.cells));
+    face.upper_lip = (below..face.mesh.n_nodes()).collect();
+    face.lower_lip = face.skin.clone();
+    for crossed in [-0.5, 0.3, 1.7] {
+        let u = shifted(&face, |p| if p.z > 12.5 { -Vec3::z() * (1. + crossed) } else { Vec3::zeros() });
+        let found = overlap(&face, &u, &Pose::rest());
+        let expected = f64::max(crossed, 0.);
+        assert!((found.tissue_mm() - expected).abs() < 1e-9, "{} for {expected}", found.tissue_mm());
+        assert_eq!((found.teeth.len(), found.tooth_edges.len()), (0, 0));
+        let both = [false, true].map(|upper| found.tissue.iter().any(|i| (i.nodes[0] >= below) == upper));
+        assert_eq!(both, [crossed > 0.; 2], "samples of either block");
+    }
+}
+
+/// Whether `cell` of `mesh` holds `p`, by Newton from its centre and from near each of its nodes; up to `margin` outside, in
+/// reference coordinates.
+fn holds(mesh: &Mesh, cell: usize, p: Vec3, margin: f64) -> bool {
+    let kind = mesh.cells[cell].kind();
+    let x: Vec<Vec3> = mesh.cell_points(cell).collect();
+    let starts = kind.node_positions().iter().map(|n| 0.7 * Vec3::from(*n)).chain([kind.centre()]);
+    starts.into_iter().any(|mut xi| {
+        for _ in 0..30 {
+            let (shape, gradient) = (kind.shape(xi), kind.shape_gradient(xi));
+            let gap = x.iter().zip(shape).map(|(x, w)| w * x).sum::<Vec3>() - p;
+            let slope: nalgebra::Matrix3<f64> = x.iter().zip(gradient).map(|(x, g)| x * g.transpose()).sum();
+            let Some(step) = slope.try_inverse().map(|inverse| inverse * gap) else { return false };
+            xi -= step;
+        }
+        let carried = x.iter().zip(kind.shape(xi)).map(|(x, w)| w * x).sum::<Vec3>();
+        (carried - p).norm() < 1e-9 && kind.signed_outside(xi) < margin
+    })
+}
+
+#[test]
+fn the_standard_face_rests_apart_off_the_bone_and_overlaps_where_every_cell_was_asked() {
+    let face = standard(&Resolution::COARSE);
+    let search = OverlapSearch::new(&face);
+    let rest = search.at(&face, &vec![0.; 3 * face.mesh.n_nodes()], &Pose::rest());
+    // Where the tissue leaves the arch for the bone, facets with nodes on the bone cut through the arch's margin.
+    let on_bone = |i: &Inside| face.supports.iter().any(|s| i.nodes.iter().any(|n| s.nodes.contains(n)));
+    assert!(rest.all().all(on_bone), "{:?}", rest.all().find(|i| !on_bone(i)));
+    assert_eq!((rest.tissue.len(), rest.beyond_rest_mm()), (0, 0.));
+
+    // Without contact these press the cheeks into the teeth and the lips into each other.
+    let model = Model::new(&face, Vec::new()).unwrap();
+    let act = |name: &String| {
+        f64::from(u8::from(name.starts_with("orbicularis") || name.starts_with("buccinator")))
+    };
+    let a: Vec<f64> = model.muscles().iter().map(act).collect();
+    let pose = Pose::opened(face.jaw.as_ref().unwrap(), 2.);
+    let u = model.at_pose(&vec![0.5; a.len()], &pose).unwrap().displacement(&a, &[]);
+    let found = search.at(&face, &u, &pose);
+    assert!([found.teeth_mm(), found.tooth_edges_mm(), found.tissue_mm()].iter().all(|mm| *mm > 0.5));
+
+    let displaced = |(k, p): (usize, &Vec3)| p + Vec3::new(u[3 * k], u[3 * k + 1], u[3 * k + 2]);
+    let points: Vec<Vec3> = face.mesh.points.iter().enumerate().map(displaced).collect();
+    let mesh = Mesh::new(points, face.mesh.cells.clone());
+    let balls = [&face.mesh, &mesh].map(|mesh| {
+        let ball = |cell: usize| {
+            let centre = mesh.cell_points(cell).sum::<Vec3>() / 8.;
+            (centre, mesh.cell_points(cell).map(|p| (p - centre).norm()).fold(0., f64::max))
+        };
+        (0..mesh.cells.len()).map(ball).collect::<Vec<(Vec3, f64)>>()
+    });
+    let held_in = |k: usize, p: Vec3, margin: f64, is_other: &dyn Fn(&Cell) -> bool| {
+        let (mesh, balls) = ([&face.mesh, &mesh][k], &balls[k]);
+        let near = |cell: &usize| (p - balls[*cell].0).norm() <= balls[*cell].1 + 1e-3;
+        (0..mesh.cells.len()).filter(near).any(|c| is_other(&mesh.cells[c]) && holds(mesh, c, p, margin))
+    };
+    let in_rest = |p: Vec3| held_in(0, p, 1e-5, &|_| true);
+    // Well inside for what must be found, hardly outside for what was found: on faces between cells either may be.
+    let held = |p: Vec3, is_other: &dyn Fn(&Cell) -> bool| held_in(1, p, -1e-5, is_other);
+    let nearly_held = |p: Vec3, is_other: &dyn Fn(&Cell) -> bool| held_in(1, p, 1e-5, is_other);
+    let at = |list: &[Inside], p: Vec3| list.iter().any(|i| (i.at - p).norm() < 1e-9 && i.depth_mm > 1e-4);
+    let teeth = face.teeth_at(&pose);
+    let mut inside = [0; 3];
+    let at_rest = face.teeth.iter().flat_map(|t| &t.surface.points);
+    for (p, rest) in teeth.iter().flat_map(|t| &t.surface.points).zip(at_rest).step_by(11) {
+        // Roots lie in the tissue at rest, before the bone.
+        if held(*p, &|_| true) && !in_rest(*rest) {
+            inside[0] += 1;
+            assert!(at(&found.tooth_edges, *p), "tooth vertex {p:?}");
+        }
+    }
+    let lips = face.upper_lip.iter().chain(&face.lower_lip);
+    for &node in face.mucosa.iter().chain(lips) {
+        let p = mesh.points[node];
+        let expected = held(p, &|cell| !cell.nodes().contains(&node));
+        inside[1] += usize::from(expected);
+        assert!(!expected || at(&found.tissue, p), "tissue node {node}");
+    }
+    // In the plane of symmetry, behind an arch, contact's closest points tie.
+    let solids: Vec<Solid> = teeth.iter().map(|t| Solid::new(&t.surface)).collect();
+    let off_the_middle = face.mucosa.iter().filter(|&&node| mesh.points[node].x.abs() > 1e-9);
+    for (&node, solid) in off_the_middle.flat_map(|node| solids.iter().map(move |solid| (node, solid))) {
+        let depth = -solid.project(mesh.points[node]).unwrap().distance_mm;
+        if depth > 1e-4 {
+            inside[2] += 1;
+            let same = |i: &Inside| i.nodes == [node] && (i.depth_mm - depth).abs() < 1e-9;
+            assert!(found.teeth.iter().any(same), "node {node} is {depth} mm inside a tooth");
+        }
+    }
+    assert!(inside.iter().all(|n| *n > 20), "{inside:?}");
+    let in_other = |i: &Inside| nearly_held(i.at, &|c| !c.nodes().iter().any(|n| i.nodes.contains(n)));
+    assert!(found.tissue.iter().step_by(41).all(in_other));
+    assert!(found.tooth_edges.iter().step_by(211).all(|i| nearly_held(i.at, &|_| true)));
 }

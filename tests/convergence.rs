@@ -193,6 +193,14 @@ fn linear_tetrahedra_converge_at_order_two_and_one() {
 }
 
 #[test]
+fn patches_of_tetrahedra_keep_their_order_when_nearly_incompressible_and_fibrous() {
+    let fibre = Vec3::new(2., -1., 3.).normalize();
+    for law in [isotropic(15., 0.49), isotropic(15., 0.4999), reinforced(6.2, 0.49, 103.8, fibre)] {
+        assert_rates(CellKind::Tet4, 8, law, Waves::solenoidal(), (1.75, 0.9));
+    }
+}
+
+#[test]
 fn b_bar_hexes_keep_their_order_when_nearly_incompressible_and_fibrous() {
     let fibre = Vec3::new(2., -1., 3.).normalize();
     for law in [isotropic(15., 0.49), reinforced(6.2, 0.49, 103.8, fibre)] {

@@ -352,11 +352,11 @@ fn degenerate_targets() {
     let mut random = Random(49);
     let response = Body::random(&mut random, 20, 4, 3, 0).response();
     let observed = observations(&mut random, 3);
-    // Effort alone: nothing moves.
+    // Effort alone: nothing is observed.
     let none = Observations::default();
     let still = mapped(DMatrix::zeros(0, 4));
     let idle = solve(&Target { effort: 1.0, ..Target::default() }, &none, &still);
-    assert_eq!((idle.status, idle.activations.values.as_slice()), (Status::Solved, [0.0; 4].as_slice()));
+    assert_eq!((idle.status, idle.activations.values.len()), (Status::NoData, 0));
     // Met at rest, and met at full activation.
     for a in [0.0, 1.0] {
         let d = &response.map * DVector::from_element(4, a);
@@ -383,7 +383,7 @@ fn degenerate_targets() {
     let none = solve(&target(&DVector::from_element(9, 1.0), 1.0), &observed, &mapped(DMatrix::zeros(9, 0)));
     assert_eq!((none.status, none.objective), (Status::Solved, 4.5));
     let inert = solve(&target(&DVector::from_element(9, 1.0), 1.0), &observed, &mapped(DMatrix::zeros(9, 2)));
-    assert_eq!((inert.status, inert.objective), (Status::Solved, 4.5));
+    assert_eq!((inert.status, inert.objective), (Status::Underdetermined, 4.5));
 }
 
 fn face() -> Face {
@@ -525,4 +525,35 @@ fn doubts_are_voiced() {
         ]
     );
     assert!(doubts.iter().all(|w| !w.to_string().is_empty() && !w.remedy().is_empty()));
+    let mut still = DMatrix::zeros(6, 4);
+    (0..4).for_each(|k| still[(0, k)] = 1.0 + k as f64);
+    assert!(warnings(&smile(), &mapped(still)).contains(&Warning::Immovable { marker: "cheilion_r".into() }));
+}
+
+#[test]
+fn fewer_independent_observations_than_unknowns_are_underdetermined_unless_effort_or_ties_decide() {
+    let observed = Observations::resolve(&smile(), &face(), |_| Err(0.0)).unwrap();
+    let mut map = DMatrix::zeros(6, 4);
+    for k in 0..4 {
+        (map[(0, k)], map[(3, k)]) = (1.0 + k as f64, -4.0 + k as f64);
+    }
+    let response = mapped(map);
+    let status = |change: &dyn Fn(&mut Target)| {
+        let mut target = smile();
+        change(&mut target);
+        let solution = solve(&target, &observed, &response);
+        assert_eq!(solution.activations.values.len(), 4, "the answer is given, as one of many");
+        solution.status
+    };
+    assert_eq!(status(&|_| {}), Status::Underdetermined);
+    assert_eq!(status(&|t| t.effort = 0.1), Status::Solved);
+    assert_eq!(status(&|t| t.bounds = vec![bound(0, 0.2, 0.2), bound(1, 0.3, 0.3)]), Status::Solved);
+    let tie = |a: usize, b: usize| [format!("muscle_{a}"), format!("muscle_{b}")];
+    assert_eq!(status(&|t| t.tied = vec![tie(0, 1)]), Status::Underdetermined);
+    assert_eq!(status(&|t| t.tied = vec![tie(0, 1), tie(2, 3)]), Status::Solved);
+    // Two markers that say the same are one.
+    let mut alike = DMatrix::zeros(6, 2);
+    alike.set_row(0, &nalgebra::RowDVector::from_vec(vec![1.0, 2.0]));
+    alike.set_row(3, &nalgebra::RowDVector::from_vec(vec![-1.0, -2.0]));
+    assert_eq!(solve(&smile(), &observed, &mapped(alike)).status, Status::Underdetermined);
 }

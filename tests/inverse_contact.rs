@@ -316,7 +316,8 @@ fn kinematic_contact_forbids_every_push() {
         let observed = observations(&mut random, d.len() / 3);
         let problem = Problem::new(&target(&d, 1.0), &observed, &response).unwrap();
         let kinematic = problem.solve(ContactMode::Kinematic).unwrap();
-        assert_eq!(kinematic.status, Status::Solved);
+        // Some of these observe fewer components than there are activations.
+        assert!(kinematic.status.is_optimum());
         let contact = response.contact.as_ref().unwrap();
         let gap = &contact.gap + &contact.approach * activations(&kinematic);
         assert!(gap.min() > -1e-9 && kinematic.contact_forces.is_empty());

@@ -7,8 +7,8 @@ mod mesh_files;
 use std::path::{Path, PathBuf};
 
 use mesh_files::{Place, Vtu, inp, mixed, msh_2, msh_4};
-use modiolus::io::{VtuData, read_mesh, read_obj, write_vtu};
-use modiolus::mesh::{CellKind, Locator, Mesh, Quality, Skin, boundary_facets, validate};
+use modiolus::io::{VtuData, read_mesh, read_surface, write_vtu};
+use modiolus::mesh::{CellKind, Locator, Mesh, MeshWarning, Quality, Skin, boundary_facets, validate};
 use modiolus::units::LengthUnit::{Centimetre, Millimetre};
 use modiolus::units::Vec3;
 
@@ -159,7 +159,7 @@ fn damaged_files_are_refused_without_panic() {
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 4 3\nf 1/2/3 -1 2\n".to_vec()),
     ];
     let whole = |path: &Path| match path.extension() {
-        Some(e) if e == "obj" => read_obj(path, Millimetre).is_ok(),
+        Some(e) if e == "obj" => read_surface(path, Millimetre).is_ok(),
         // A mesh that is read must be fit to be looked at, whatever its shape.
         _ => read_mesh(path, Millimetre).is_ok_and(|mesh| {
             let _ = validate(&mesh, &[0]);
@@ -225,7 +225,8 @@ fn the_public_face_is_the_same_in_both_formats_and_sound() {
     }
     let fixed = [&vtu.node_sets["skull"][..], &vtu.node_sets["mandible"]].concat();
     let warnings = validate(&vtu, &fixed).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    let is_known = matches!(warnings[..], [MeshWarning::Slivers { .. }, MeshWarning::Thin { count: 1, .. }]);
+    assert!(is_known, "{warnings:?}");
 
     let qualities: Vec<Quality> = vtu.cells.iter().map(|c| Quality::new(c, &vtu.points)).collect();
     assert!(qualities.iter().all(|q| !q.is_inverted() && q.jacobian_ratio() > 0.1));

@@ -67,7 +67,7 @@ fn bar() -> Face {
     let at = |z: f64| (0..mesh.n_nodes()).filter(|&n| (mesh.points[n].z - z).abs() < 1e-9).collect();
     let bone = |bone: &str, z| Support { bone: bone.into(), part_of: None, nodes: at(z) };
     let supports = vec![bone("skull", 0.), bone("mandible", 30.)];
-    let tissue = Tissue { young_kpa: 15., poisson: 0. };
+    let tissue = Tissue { poisson: 0., ..Tissue::default() };
     Face {
         mesh,
         supports,

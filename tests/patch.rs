@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{cell_displacements, solve};
+use common::{cell_displacements, elements, five_tetrahedra, grid, solve};
 use modiolus::forward::Element;
 use modiolus::forward::elasticity::{isotropic, reinforced};
 use modiolus::mesh::{Cell, CellKind, Mesh};
@@ -100,6 +100,39 @@ fn a_rotated_transversely_isotropic_patch_has_uniform_stress() {
 }
 
 #[test]
+fn patches_of_tetrahedra_have_uniform_strain_whatever_their_shape() {
+    let bump = |p: Vec3| p + 0.05 * Vec3::new((9. * p.y).sin(), (7. * p.z).sin(), (8. * p.x).sin());
+    for mesh in [grid(CellKind::Tet4, [3, 4, 3], bump), five_tetrahedra([4, 3, 3], bump)] {
+        // The shape of the block is a map of the cube, whose sides are told by their faces.
+        let mut sides = vec![0; mesh.n_nodes()];
+        let facets = modiolus::mesh::boundary_facets(&mesh);
+        facets.iter().flat_map(|f| f.corners()).for_each(|&n| sides[n] += 1);
+        let inner = sides.iter().filter(|n| **n == 0).count();
+        assert!(inner >= 12, "{inner} free nodes");
+        for poisson in [0.3, 0.49, 0.4999] {
+            let law = isotropic(1e6, poisson);
+            let prescribed: Vec<_> = (0..3 * mesh.n_nodes())
+                .filter(|dof| sides[dof / 3] > 0)
+                .map(|dof| (dof, field(mesh.points[dof / 3])[dof % 3]))
+                .collect();
+            let u = solve(&mesh, |_, _| law, &prescribed, &vec![0.; 3 * mesh.n_nodes()]);
+            for (node, p) in mesh.points.iter().enumerate() {
+                let found = Vec3::new(u[3 * node], u[3 * node + 1], u[3 * node + 2]);
+                assert!((found - field(*p)).norm() < 1e-13, "nu {poisson}, node {node}: {found:?}");
+            }
+            let expected = Vector6::new(1., 1., 1., 1., 1., 1.) * 1e-3;
+            for (element, nodes) in elements(&mesh) {
+                let local: Vec<Vec3> =
+                    nodes.iter().map(|&n| Vec3::new(u[3 * n], u[3 * n + 1], u[3 * n + 2])).collect();
+                for q in 0..element.points().len() {
+                    assert!((element.strain(q, &local) - expected).amax() < 1e-12);
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn a_free_element_and_a_free_body_have_exactly_six_rigid_modes() {
     let law = reinforced(6.2, 0.49, 103.8, Vec3::new(1., 2., -1.).normalize());
     let warp = |p: Vec3| 3. * p + 0.3 * Vec3::new(p.y * p.z, p.x * p.z, p.x * p.y);
@@ -110,20 +143,25 @@ fn a_free_element_and_a_free_body_have_exactly_six_rigid_modes() {
         let dense = DMatrix::from_fn(3 * n, 3 * n, |r, c| k[(r / 3) * n + c / 3][(r % 3, c % 3)]);
         assert_six_zeros(&dense, &format!("{kind:?}"));
 
-        let mesh = common::grid(kind, [2, 1, 1], warp);
-        let mut dense = DMatrix::zeros(3 * mesh.n_nodes(), 3 * mesh.n_nodes());
-        for (index, cell) in mesh.cells.iter().enumerate() {
-            let element = Element::new(kind, &mesh.cell_points(index).collect::<Vec<_>>()).unwrap();
-            let k = element.stiffness(|_| law);
-            for (a, &i) in cell.nodes().iter().enumerate() {
-                for (b, &j) in cell.nodes().iter().enumerate() {
-                    let mut block = dense.view_mut((3 * i, 3 * j), (3, 3));
-                    block += k[a * cell.nodes().len() + b];
-                }
-            }
-        }
+        let dense = assembled(&grid(kind, [2, 1, 1], warp), law);
         assert_six_zeros(&dense, &format!("body of {kind:?}"));
     }
+    assert_six_zeros(&assembled(&five_tetrahedra([3, 2, 2], warp), law), "body of patches of many shapes");
+}
+
+/// The stiffness of a free body.
+fn assembled(mesh: &Mesh, law: Matrix6<f64>) -> DMatrix<f64> {
+    let mut dense = DMatrix::zeros(3 * mesh.n_nodes(), 3 * mesh.n_nodes());
+    for (element, nodes) in elements(mesh) {
+        let k = element.stiffness(|_| law);
+        for (a, &i) in nodes.iter().enumerate() {
+            for (b, &j) in nodes.iter().enumerate() {
+                let mut block = dense.view_mut((3 * i, 3 * j), (3, 3));
+                block += k[a * nodes.len() + b];
+            }
+        }
+    }
+    dense
 }
 
 fn assert_six_zeros(k: &DMatrix<f64>, what: &str) {

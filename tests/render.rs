@@ -75,8 +75,14 @@ fn a_folder_that_holds_no_answer_is_refused() {
     refused(&[&at("answer")], &out, &["solution.json", "cannot be read"]);
     fs::write(answer.join("solution.json"), "{\"activations\": {}}").expect("written");
     refused(&[&at("answer")], &out, &["solution.json", "`face`", "write it again"]);
-    fs::write(answer.join("solution.json"), "{\"face\": \"standard\", \"activations\": {}}")
-        .expect("written");
+    let index = |face: &str, sha256: &str| {
+        let files = if sha256.is_empty() { String::new() } else { format!("\"face.vtu\": \"{sha256}\"") };
+        let text = format!("{{\"face\": \"{face}\", \"activations\": {{}}, \"files\": {{{files}}}}}");
+        fs::write(answer.join("solution.json"), text).expect("written");
+    };
+    index("standard", "");
+    refused(&[&at("answer")], &out, &["solution.json", "no displacement"]);
+    index("standard", "00");
     refused(&[&at("answer")], &out, &["face.vtu", "cannot be read"]);
 
     let face = standard(&Resolution::COARSE);
@@ -85,13 +91,16 @@ fn a_folder_that_holds_no_answer_is_refused() {
         let data =
             modiolus::io::VtuData { point_vectors: [(name.to_owned(), u)].into(), ..Default::default() };
         modiolus::io::write_vtu(&answer.join("face.vtu"), mesh, &data).expect("written");
+        modiolus::io::sha256(&fs::read(answer.join("face.vtu")).expect("written"))
     };
-    write(&face.mesh, "velocity");
+    let other = write(&face.mesh, "velocity");
+    refused(&[&at("answer")], &out, &["face.vtu", "is not the file that was written with"]);
+    index("standard", &other);
     refused(&[&at("answer")], &out, &["face.vtu", "a point array called displacement"]);
-    write(&face.mesh, "displacement");
+    let own = write(&face.mesh, "displacement");
+    index("standard", &own);
     refused(&[&at("answer")], &out, &["face.vtu", "displacement has", "compute it again"]);
-    let gone = "{\"face\": \"gone/face.toml\", \"activations\": {}}";
-    fs::write(answer.join("solution.json"), gone).expect("written");
+    index("gone/face.toml", &own);
     refused(&[&at("answer")], &out, &["gone/face.toml", "from the folder where"]);
 }
 

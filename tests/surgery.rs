@@ -254,8 +254,8 @@ fn what_does_not_fit_the_face_is_refused_by_its_field() {
     for (error, field) in [
         (cut(&|c| c.bone = "mandibel".into()), "cut[0].bone"),
         (cut(&|c| c.piece = "skull".into()), "cut[0].piece"),
-        (cut(&|c| c.by = plane(500., Vec3::z())), "cut[0]"),
-        (cut(&|c| c.by = plane(-500., Vec3::z())), "cut[0]"),
+        (cut(&|c| c.by = plane(100., Vec3::z())), "cut[0]"),
+        (cut(&|c| c.by = plane(-150., Vec3::z())), "cut[0]"),
         (cut(&|c| c.by = plane(0., Vec3::zeros())), "cut[0].plane"),
         (cut(&|c| c.by = CutBy::Set("nodes".into())), "cut[0].set"),
         (cut(&|c| c.teeth = vec![true]), "cut[0].teeth"),
@@ -272,6 +272,36 @@ fn what_does_not_fit_the_face_is_refused_by_its_field() {
     plan = good.clone();
     plan.moves.push(plan.moves[0].clone());
     assert_eq!(refused(&plan).field(), "move[1].bone");
+    let in_metres = |change: &dyn Fn(&mut SurgicalPlan), field: &str, told: &str| {
+        let mut plan = good.clone();
+        change(&mut plan);
+        let error = refused(&plan);
+        assert!(error.field() == field && error.to_string().contains(told), "{error}");
+    };
+    in_metres(
+        &|plan| {
+            plan.moves[0].motion = Motion { translation: Vec3::new(0., 0., -0.005), ..plan.moves[0].motion }
+        },
+        "move[0].translation_mm",
+        "metres",
+    );
+    in_metres(
+        &|plan| plan.moves[0].motion.translation.x = 400.,
+        "move[0].translation_mm",
+        "more than a bone",
+    );
+    in_metres(
+        &|plan| plan.moves[0].motion.rotation_deg = 42570.,
+        "move[0].rotation_deg",
+        "at most 180 degrees",
+    );
+    let plane = |plan: &mut SurgicalPlan, z: f64, stripped: f64| {
+        let (point, normal) = (Vec3::new(0., 0., z), Vec3::z());
+        plan.cuts[0].by = CutBy::Plane { point, normal, stripped_mm: stripped };
+    };
+    in_metres(&|plan| plane(plan, -0.058, 0.), "cut[0].plane.point_mm", "metres");
+    in_metres(&|plan| plane(plan, -58000., 0.), "cut[0].plane.point_mm", "away from the mesh");
+    in_metres(&|plan| plane(plan, -58., 0.01), "cut[0].plane.stripped_mm", "metres");
 }
 
 const GOOD: &str = r#"name = "tilt"

@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiolus::face::{Jaw, standard::Resolution};
 use modiolus::io::nearest;
 use modiolus::render::{MAX_SIDE, MIN_SIDE, Show, View};
+use modiolus::study::{Mechanics, Stiffness, Strain};
 
 use super::activation_list::{Assignment, parse_assignment};
 
@@ -88,7 +89,7 @@ pub(crate) struct MapOptions {
     #[arg(long, value_name = "fixed=A", default_value = "fixed=0.5", value_parser = parse_fixed)]
     pub(crate) stiffness: f64,
     /// The file to write.
-    #[arg(long, value_name = "FILE.npz")]
+    #[arg(long, value_name = "FILE.npz", value_parser = |text: &str| parse_out(text, "npz", "a map is written as NPZ, for NumPy"))]
     pub(crate) out: PathBuf,
 }
 
@@ -101,7 +102,7 @@ pub(crate) struct RenderOptions {
     #[arg(long, value_name = "front|profile|three-quarter", default_value = "front", value_parser = parse_view)]
     pub(crate) view: View,
     /// The picture to write.
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", value_parser = |text: &str| parse_out(text, "png", "pictures are written as PNG"))]
     pub(crate) out: PathBuf,
     /// Size in pixels.
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "640x600", value_parser = parse_size)]
@@ -117,6 +118,13 @@ pub(crate) struct RenderOptions {
         value_parser = parse_assignment
     )]
     pub(crate) activate: Vec<Assignment>,
+    /// How strain is measured: linear is right for small movements and the founding paper's, finite for any.
+    #[arg(long, value_name = "linear|finite", default_value = "linear", value_parser = parse_strain)]
+    pub(crate) strain: Strain,
+    /// How strong the muscles are, as a multiple of their `max_force_n`: 2.5 brings the standard face to 0.25 N/mm², about
+    /// the specific tension of human skeletal muscle.
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = parse_strength)]
+    pub(crate) strength: f64,
     /// How stiff the muscles are: as their activation makes them, or all held at activation A.
     #[arg(long, value_name = "activated|fixed=A", default_value = "activated", value_parser = parse_stiffness)]
     pub(crate) stiffness: Stiffness,
@@ -167,6 +175,13 @@ pub(crate) struct CommonOptions {
     /// The face: "standard", or a face.toml.
     #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
+    /// How strain is measured: linear is right for small movements and the founding paper's, finite for any.
+    #[arg(long, value_name = "linear|finite", default_value = "linear", value_parser = parse_strain)]
+    pub(crate) strain: Strain,
+    /// How strong the muscles are, as a multiple of their `max_force_n`: 2.5 brings the standard face to 0.25 N/mm², about
+    /// the specific tension of human skeletal muscle.
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = parse_strength)]
+    pub(crate) strength: f64,
     /// How stiff the muscles are: as their activation makes them, or all held at activation A.
     #[arg(long, value_name = "activated|fixed=A", default_value = "activated", value_parser = parse_stiffness)]
     pub(crate) stiffness: Stiffness,
@@ -203,28 +218,24 @@ pub(crate) enum FaceChoice {
     File(PathBuf),
 }
 
-/// How stiff the muscles are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Stiffness {
-    /// As their activation makes them.
-    Activated,
-    /// All as at one activation, 0 to 1.
-    Fixed(f64),
-}
-
-impl Stiffness {
-    /// As on the command line.
-    pub(crate) fn text(self) -> String {
-        match self {
-            Self::Activated => "activated".to_owned(),
-            Self::Fixed(a) => format!("fixed={a}"),
-        }
-    }
-}
-
 /// Width and height of a picture, pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size(pub(crate) usize, pub(crate) usize);
+
+impl CommonOptions {
+    /// The mechanics that they ask for.
+    pub(crate) fn mechanics(&self, contact: ContactMode) -> Mechanics {
+        Mechanics { strain: self.strain, stiffness: self.stiffness, contact: contact != ContactMode::Off }
+    }
+}
+
+impl RenderOptions {
+    /// The mechanics that they ask for.
+    pub(crate) fn mechanics(&self) -> Mechanics {
+        let contact = self.contact != ContactMode::Off;
+        Mechanics { strain: self.strain, stiffness: self.stiffness, contact }
+    }
+}
 
 /// How contact is treated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -242,6 +253,18 @@ fn parse_face(text: &str) -> Result<FaceChoice, String> {
         "" => Err("give \"standard\" or the path of a face.toml".to_owned()),
         "standard" => Ok(FaceChoice::Standard),
         path => Ok(FaceChoice::File(PathBuf::from(path))),
+    }
+}
+
+fn parse_strain(text: &str) -> Result<Strain, String> {
+    Strain::parse(text).ok_or_else(|| unknown(text, &Strain::NAMES))
+}
+
+fn parse_strength(text: &str) -> Result<f64, String> {
+    const STRONGEST: f64 = 100.;
+    match text.parse() {
+        Ok(factor) if factor > 0. && factor <= STRONGEST => Ok(factor),
+        _ => Err(format!("give a factor above 0, {STRONGEST} at most, such as 2.5")),
     }
 }
 
@@ -280,6 +303,15 @@ fn unknown(text: &str, choices: &[&str]) -> String {
     format!("write one of {}{}", choices.join(", "), hint.unwrap_or_default())
 }
 
+/// A file to write whose ending tells its format.
+fn parse_out(text: &str, ending: &str, why: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension() {
+        Some(own) if own.eq_ignore_ascii_case(ending) => Ok(path),
+        _ => Err(format!("{why}; name it {}", path.with_extension(ending).display())),
+    }
+}
+
 fn parse_view(text: &str) -> Result<View, String> {
     View::parse(text).ok_or_else(|| unknown(text, &View::NAMES))
 }
@@ -309,6 +341,9 @@ fn parse_size(text: &str) -> Result<Size, String> {
 
 fn parse_opening(text: &str) -> Result<f64, String> {
     match text.parse() {
+        Ok(value) if 0.0 < value && value < 0.05 => {
+            Err("less than a jaw opens: metres? Write the opening in mm, such as 4".to_owned())
+        }
         Ok(value) if (0.0..=Jaw::WIDEST_MM).contains(&value) => Ok(value),
         _ => Err(format!("write the opening in mm, from 0 to {}, such as 4", Jaw::WIDEST_MM)),
     }

@@ -3,13 +3,15 @@
 use std::path::PathBuf;
 
 use modiolus::face::{FaceError, PlanError};
-use modiolus::forward::{ContactError, ForwardError, OperationError};
+use modiolus::forward::finite::FiniteError;
+use modiolus::forward::{ForwardError, OperationError};
 use modiolus::inverse::{InverseError, TargetError};
 use modiolus::io::{
-    AnswerFileError, FaceExportError, FaceFileError, FingerprintError, Location, MapFileError, MeshFileError,
-    PlanFileError, TargetFileError,
+    AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError, MeshFileError, PlanFileError,
+    TargetFileError, WriteError,
 };
 use modiolus::render::RenderError;
+use modiolus::study::StudyError;
 use thiserror::Error;
 
 /// What stops the program.
@@ -39,12 +41,10 @@ pub(crate) enum CliError {
     Face { face: String, errors: Vec<FaceError> },
     #[error("{face}: {error}")]
     Forward { face: String, error: Box<ForwardError> },
-    #[error("contact: {0}; --contact off leaves it out")]
-    Contact(#[from] ContactError),
+    #[error("{face}: {error}")]
+    Study { face: String, error: Box<StudyError> },
     #[error("{0}")]
     Inverse(Box<InverseError>),
-    #[error(transparent)]
-    Fingerprint(#[from] FingerprintError),
     #[error(transparent)]
     Map(#[from] MapFileError),
     #[error(transparent)]
@@ -63,8 +63,14 @@ pub(crate) enum CliError {
     NothingMoves,
     #[error(transparent)]
     Render(#[from] RenderError),
-    #[error("{}: cannot be written: {reason}; give another place with --out", path.display())]
-    Write { path: PathBuf, reason: std::io::Error },
+    #[error("--out: {0}")]
+    Write(#[from] WriteError),
+    #[error("--out: {} would be replaced, but is read; give another place", .0.display())]
+    OverInput(PathBuf),
+    #[error("there is no face {}; did you mean `standard`?", .0.display())]
+    MisspeltStandard(PathBuf),
+    #[error("stdout cannot be written: {0}; send it to where there is room")]
+    Stdout(std::io::Error),
     #[error("solution.json cannot be put together: {0}")]
     Json(#[from] serde_json::Error),
 }
@@ -73,8 +79,15 @@ impl CliError {
     /// 1 when the input is good and no answer was found, 2 when the input is bad.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
-            Self::Contact(_) => 1,
-            Self::Inverse(error) if matches!(**error, InverseError::Contact(_)) => 1,
+            Self::Study { error, .. } if error.is_without_rest() => 1,
+            Self::Inverse(error)
+                if matches!(
+                    **error,
+                    InverseError::Contact(_) | InverseError::Finite(FiniteError::NoRest { .. })
+                ) =>
+            {
+                1
+            }
             _ => 2,
         }
     }

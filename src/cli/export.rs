@@ -1,15 +1,17 @@
 //! The files of an answer, and what stdout gets.
 
 use std::fs;
-use std::path::Path;
+use std::path::PathBuf;
 
 use modiolus::contact::PairKind;
 use modiolus::face::{ContactLoad, Face};
 use modiolus::forward::{Deformation, cell_muscles};
-use modiolus::io::{ContactJson, SolutionJson, VtuData, write_atomically, write_vtu};
-use modiolus::units::Vec3;
+use modiolus::io::{ContactJson, FileSet, SolutionJson, VtuData, vtu_text};
+use modiolus::study::Strain;
+use modiolus::units::{Vec3, counted};
 
 use super::error::CliError;
+use super::load::LoadedFace;
 use super::progress::say;
 use super::table;
 
@@ -33,45 +35,97 @@ pub(crate) fn tell_load(json: &mut ContactJson, load: &ContactLoad) {
     json.lips_n = load.of(PairKind::Lips);
 }
 
-/// The warning about a field that linear elasticity does not describe.
-pub(crate) fn beyond_linear(d: &Deformation) -> Vec<String> {
+/// Stretch above which no cell of the face is believed.
+const LARGEST_STRETCH: f64 = 2.5;
+/// Volume ratio below which no cell of the face is believed.
+const LEAST_VOLUME_RATIO: f64 = 0.1;
+
+/// The warnings about a field that the mechanics does not describe.
+pub(crate) fn beyond(strain: Strain, d: &Deformation) -> Vec<String> {
     let at = |p: Vec3| format!("({:.0}, {:.0}, {:.0}) mm", p.x, p.y, p.z);
+    // The linear rotation has no greatest angle; a turn has.
+    let turned = match d.rotation_deg {
+        deg if deg > 180.0 => "more than 180 degrees".to_owned(),
+        deg => format!("{deg:.0} degrees"),
+    };
     let large = format!(
         "{:.0} per cent of the tissue strains by more than 0.1 or turns by more than 10 degrees, where linear \
-         elasticity ends (at most {:.2} at {} and {:.0} degrees at {}): read directions and proportions rather than \
-         millimetres there, or ask for less movement",
+         elasticity ends (at most {:.2} at {} and {} at {}): take --strain finite, read directions and \
+         proportions rather than millimetres there, or ask for less movement",
         100. * d.beyond_share,
         d.strain,
         at(d.strain_at),
-        d.rotation_deg,
+        turned,
         at(d.rotation_at)
     );
     let inverted = format!(
-        "{} cells of the mesh are turned inside out (most about {}): linear elasticity has no state for the tissue \
-         there, and contact with it may not settle; ask for less activation of the muscles that gather it",
-        d.inverted_cells,
+        "{} of the mesh turned inside out (most about {}): linear elasticity has no state for the tissue \
+         there, and contact with it may not settle; take --strain finite, or ask for less activation of the muscles \
+         that gather it",
+        counted(d.inverted_cells, "cell"),
         at(d.inverted_at)
     );
-    let told = [(!d.is_small()).then_some(large), (d.inverted_cells > 0).then_some(inverted)];
+    let stretched = format!(
+        "a cell about {} stretches {:.1}-fold, where tissue would tear: ask for less activation of the muscles that \
+         meet there, or refine the mesh",
+        at(d.stretch_at),
+        d.stretch
+    );
+    let squeezed = format!(
+        "a point about {} is squeezed to {:.2} of its volume: the mesh does not describe the tissue there; ask for less \
+         activation of the muscles that gather it, or refine the mesh",
+        at(d.inverted_at),
+        d.volume_ratio
+    );
+    let told = match strain {
+        Strain::Linear => [(!d.is_small()).then_some(large), (d.inverted_cells > 0).then_some(inverted)],
+        Strain::Finite => [
+            (d.stretch > LARGEST_STRETCH).then_some(stretched),
+            (d.volume_ratio < LEAST_VOLUME_RATIO).then_some(squeezed),
+        ],
+    };
     told.into_iter().flatten().collect()
 }
 
-/// Writes `solution.json` and `face.vtu` to the folder `out`; returns the text for stdout.
-pub(crate) fn export(answer: &Answer, face: &Face, out: &Path, as_json: bool) -> Result<String, CliError> {
-    let written = |path: &Path| {
-        let path = path.to_owned();
-        move |reason| CliError::Write { path, reason }
-    };
-    let json = answer.json.to_text()?;
-    fs::create_dir_all(out).map_err(written(out))?;
-    let mut files = "solution.json".to_owned();
-    if let Some(u) = &answer.displacement {
-        write_vtu(&out.join("face.vtu"), &face.mesh, &vtu_data(face, u, answer))?;
-        files += " and face.vtu";
+/// The files of an answer.
+pub(crate) const ANSWER: [&str; 2] = ["solution.json", "face.vtu"];
+
+/// Refuses to write to any of the `paths` that `loaded` was read from.
+pub(crate) fn keep_inputs(
+    loaded: &LoadedFace,
+    paths: impl IntoIterator<Item = PathBuf>,
+) -> Result<(), CliError> {
+    let inputs: Vec<PathBuf> = loaded.inputs.keys().filter_map(|name| fs::canonicalize(name).ok()).collect();
+    for path in paths {
+        if fs::canonicalize(&path).is_ok_and(|path| inputs.contains(&path)) {
+            return Err(CliError::OverInput(path));
+        }
     }
-    let path = out.join("solution.json");
-    write_atomically(&path, json.as_bytes()).map_err(written(&path))?;
-    say(&format!("wrote {files} to {}", out.display()));
+    Ok(())
+}
+
+/// Writes `solution.json` and `face.vtu` with what is in the `set` already; returns the text for stdout.
+pub(crate) fn export(
+    mut answer: Answer,
+    face: &Face,
+    mut set: FileSet,
+    as_json: bool,
+) -> Result<String, CliError> {
+    let [json_name, vtu_name] = ANSWER;
+    let mut files = json_name.to_owned();
+    match &answer.displacement {
+        Some(u) => {
+            let text = vtu_text(vtu_name.as_ref(), &face.mesh, &vtu_data(face, u, &answer))?;
+            set.put(vtu_name, text.into_bytes());
+            files += &format!(" and {vtu_name}");
+        }
+        None => set.without(vtu_name),
+    }
+    answer.json.files = set.sha256();
+    let json = answer.json.to_text()?;
+    set.put(json_name, json.clone().into_bytes());
+    set.write()?;
+    say(&format!("wrote {files} to {}", set.folder().display()));
     Ok(if as_json { json } else { table::render(&answer.heading, &answer.json) })
 }
 

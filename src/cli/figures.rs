@@ -4,14 +4,16 @@ use std::fs;
 use std::path::Path;
 
 use modiolus::forward::operate;
-use modiolus::io::{read_plan, read_target};
+use modiolus::io::{WriteError, read_plan, read_target};
 use modiolus::render::{
     Action, Drawing, Image, Scene, Show, action_sheet, before_and_after, contact_sheet, force_sheet,
     muscle_stems, three_views,
 };
 
+use modiolus::study::Stiffness;
+
 use super::Outcome;
-use super::arguments::{ContactMode, FiguresOptions, FitOptions, Stiffness};
+use super::arguments::{ContactMode, FiguresOptions, FitOptions};
 use super::error::CliError;
 use super::fit::fit_on;
 use super::load::{LoadedFace, load};
@@ -22,10 +24,10 @@ use super::render::{displacements, write_image};
 const FORCES: [&str; 2] = ["zygomaticus_major", "orbicularis_oris_peripheralis"];
 pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
     let mut progress = Progress::new();
-    let loaded = load(&options.common.face, &mut progress)?;
+    let loaded = load(&options.common.face, &mut progress)?.with_strength(options.common.strength);
     let face = &loaded.face;
     let out = &options.out;
-    fs::create_dir_all(out).map_err(|reason| CliError::Write { path: out.clone(), reason })?;
+    fs::create_dir_all(out).map_err(|reason| WriteError::new(out, reason))?;
     let stems = muscle_stems(face);
     let stem_of = |name: &str| {
         stems.iter().find(|s| [(*s).clone(), format!("{s}_l"), format!("{s}_r")].contains(&name.to_owned()))
@@ -51,7 +53,8 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
     let after = LoadedFace { face: operated.face, ..loaded.clone() };
     let smile_after = fit_on(after.clone(), &target, &asked, Progress::new())?;
     let stiffness = options.common.stiffness;
-    let moved = displacements(&loaded, &poses, stiffness, ContactMode::Reactions, &mut progress)?;
+    let mechanics = options.common.mechanics(ContactMode::Reactions);
+    let moved = displacements(&loaded, &poses, mechanics, &mut progress)?;
 
     let scene = progress.step("prepare", || Scene::new(face));
     let mut list = String::new();
@@ -78,7 +81,11 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
         Stiffness::Activated => "stiffness as activated".to_owned(),
         Stiffness::Fixed(a) => format!("stiffness held at {a}"),
     };
-    let conditions = format!("both sides at activation {}, contact on, {held}", options.activation);
+    let conditions = format!(
+        "both sides at activation {}, contact on, {held}, {} strain",
+        options.activation,
+        options.common.strain.name()
+    );
     let action = |((muscle, activation), displacement): ((&String, Vec<f64>), Vec<f64>)| Action {
         muscle: muscle.clone(),
         activation,

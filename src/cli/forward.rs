@@ -2,22 +2,24 @@
 
 use std::collections::BTreeMap;
 
-use modiolus::face::{ContactLoad, ContactReach, ContactSearch, Face};
-use modiolus::forward::{Deformation, Model, SettledContact};
-use modiolus::io::{ContactJson, MarkerJson, ResidualJson, SolutionJson, StatusWord};
+use modiolus::forward::Deformation;
+use modiolus::inverse::Warning;
+use modiolus::io::{ContactJson, FileSet, MarkerJson, ResidualJson, SolutionJson, StatusWord};
 use modiolus::mesh::Site;
+use modiolus::study::{Mechanics, MovedContact, Mover, Strain};
 
 use super::Outcome;
 use super::activation_list::resolve;
-use super::arguments::{ContactMode, ForwardOptions, Stiffness};
+use super::arguments::ForwardOptions;
 use super::error::CliError;
-use super::export::{Answer, beyond_linear, export, tell_load};
+use super::export::{ANSWER, Answer, beyond, export, keep_inputs, tell_load};
 use super::load::{LoadedFace, load, pose};
 use super::progress::Progress;
 
 pub(crate) fn run(options: &ForwardOptions) -> Result<Outcome, CliError> {
     let mut progress = Progress::new();
-    let loaded = load(&options.common.face, &mut progress)?;
+    let loaded = load(&options.common.face, &mut progress)?.with_strength(options.common.strength);
+    keep_inputs(&loaded, ANSWER.map(|name| options.out.join(name)))?;
     let face = &loaded.face;
     let muscles: Vec<String> = face.muscles.iter().map(|m| m.name.clone()).collect();
     let activation = resolve(&options.activate, &muscles)?;
@@ -26,34 +28,29 @@ pub(crate) fn run(options: &ForwardOptions) -> Result<Outcome, CliError> {
         return Err(CliError::NoJaw { face: loaded.called });
     }
     let pose = pose(face, options.jaw_opening);
-    let search = progress.step("contact_pairs", || match options.contact {
-        ContactMode::Off => None,
-        _ => Some(ContactSearch::new(face, ContactReach::default())),
-    });
-    let pairs = search.as_ref().map_or_else(Vec::new, |s| s.rest().to_vec());
-    let forward = |error| CliError::Forward { face: loaded.called.clone(), error: Box::new(error) };
-    let model = progress.step("assemble", || Model::new(face, pairs)).map_err(forward)?;
-    let held = match options.common.stiffness {
-        Stiffness::Activated => activation.clone(),
-        Stiffness::Fixed(a) => vec![a; muscles.len()],
+    let study = |error| CliError::Study { face: loaded.called.clone(), error: Box::new(error) };
+    let mechanics = options.common.mechanics(options.contact);
+    let mover = progress.step("assemble", || Mover::new(face, mechanics)).map_err(study)?;
+    let moved = progress.step("settle", || mover.settle(&activation, &pose)).map_err(study)?;
+    let mut warnings: Vec<String> = match mechanics.strain {
+        Strain::Linear => pose.large_turns().iter().map(ToString::to_string).collect(),
+        Strain::Finite => Vec::new(),
     };
-    let fixed = progress.step("factorise", || model.at_pose(&held, &pose)).map_err(forward)?;
-    let mut warnings: Vec<String> = pose.large_turns().iter().map(ToString::to_string).collect();
-    let (u, contact_load, contact) = match &search {
-        None => (progress.step("displace", || fixed.displacement(&activation, &[])), None, None),
-        Some(search) => {
-            let settled = progress.step("contact", || fixed.settle(face, search, &activation, None))?;
-            warnings.extend((!settled.settled).then(|| unsettled(settled.penetration_mm)));
-            let (report, load) = contact_report(face, &settled);
-            (settled.equilibrium.displacement, Some(load), Some(report))
-        }
+    let contact = moved.contact.as_ref();
+    warnings.extend(contact.filter(|c| !c.settled).map(|c| unsettled(c.overlap_mm)));
+    let state = State {
+        activation,
+        jaw_opening_mm: options.jaw_opening,
+        displacement: moved.displacement,
+        contact: contact.map(contact_report),
+        warnings,
     };
-    let state = State { activation, jaw_opening_mm: options.jaw_opening, displacement: u, contact, warnings };
-    let json = forward_json(&loaded, &state, options.common.stiffness.text(), progress);
+    let contact_load = moved.contact.map(|c| c.load);
+    let json = forward_json(&loaded, &state, (mechanics, options.common.strength), progress);
     let heading = format!("Activations on {}", loaded.called);
     let State { activation, displacement, .. } = state;
     let answer = Answer { heading, json, displacement: Some(displacement), activation, contact_load };
-    let text = export(&answer, face, &options.out, options.json)?;
+    let text = export(answer, face, FileSet::new(&options.out), options.json)?;
     Ok(Outcome { text, solved: true })
 }
 
@@ -67,34 +64,32 @@ pub(crate) struct State {
     pub(crate) warnings: Vec<String>,
 }
 
-/// Contact as reported, and what it loads the nodes with.
-pub(crate) fn contact_report(face: &Face, settled: &SettledContact) -> (ContactJson, ContactLoad) {
-    let forces = &settled.equilibrium.contact_forces;
-    let load = face.contact_load(&settled.pairs, forces.as_slice());
+/// Contact as reported.
+pub(crate) fn contact_report(contact: &MovedContact) -> ContactJson {
     let mut report = ContactJson {
-        pairs: forces.len(),
-        active: forces.iter().filter(|f| **f > 0.0).count(),
-        force_n: forces.sum(),
-        max_penetration_mm: settled.linear_penetration_mm,
-        overlap_mm: Some(settled.penetration_mm),
-        linearisations: settled.rounds,
+        pairs: contact.candidates,
+        active: contact.active,
+        force_n: contact.force_n,
+        max_penetration_mm: contact.linear_penetration_mm,
+        overlap_mm: Some(contact.overlap_mm),
+        linearisations: contact.linearisations,
         ..ContactJson::default()
     };
-    tell_load(&mut report, &load);
-    (report, load)
+    tell_load(&mut report, &contact.load);
+    report
 }
 
 /// The answer of a forward computation.
 pub(crate) fn forward_json(
     loaded: &LoadedFace,
     state: &State,
-    stiffness: String,
+    (mechanics, strength): (Mechanics, f64),
     progress: Progress,
 ) -> SolutionJson {
     let (face, u) = (&loaded.face, &state.displacement);
     let deformation = Deformation::of(&face.mesh, u);
     let mut warnings = state.warnings.clone();
-    warnings.extend(beyond_linear(&deformation));
+    warnings.extend(beyond(mechanics.strain, &deformation));
     let landmark = |name: &str, site: &Site| MarkerJson {
         name: name.to_owned(),
         target_mm: [None; 3],
@@ -104,7 +99,9 @@ pub(crate) fn forward_json(
     let muscles = face.muscles.iter().map(|m| m.name.clone());
     SolutionJson {
         status: StatusWord::Solved,
-        stiffness,
+        strain: mechanics.strain.name().to_owned(),
+        stiffness: mechanics.stiffness.text(),
+        strength,
         activations: muscles.zip(state.activation.iter().copied()).collect::<BTreeMap<_, _>>(),
         jaw_opening_mm: state.jaw_opening_mm,
         residual_mm: ResidualJson { rms: None, max: None },
@@ -123,14 +120,13 @@ pub(crate) fn forward_json(
         timings_s: progress.timings_s(),
         face: loaded.name.clone(),
         inputs: loaded.inputs.clone(),
+        files: BTreeMap::new(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
     }
 }
 
-/// The warning about surfaces that still overlap.
+/// The warning about contacts that still change.
 pub(crate) fn unsettled(overlap_mm: f64) -> String {
-    format!(
-        "the gaps did not settle where the tissue went: it overlaps teeth or the other lip by {overlap_mm:.1} mm more \
-         than at rest; ask for less movement"
-    )
+    let left = Warning::left_by(overlap_mm);
+    format!("the contacts did not settle where the tissue went: {left}; ask for less movement")
 }

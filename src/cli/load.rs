@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use modiolus::face::{Face, Pose, standard, standard::Resolution};
-use modiolus::io::{FaceDocument, read_face, sha256_of_file};
+use modiolus::io::{FaceDocument, FaceFileErrorKind, UnreadableText, nearest, read_face};
 
 use super::arguments::FaceChoice;
 use super::error::CliError;
@@ -37,9 +37,15 @@ pub(crate) fn load(choice: &FaceChoice, progress: &mut Progress) -> Result<Loade
             Ok(LoadedFace { face, name, called, warnings, inputs: BTreeMap::new() })
         }
         FaceChoice::File(path) => {
-            let FaceDocument { face, warnings, files } = read_face(path, None)?;
+            let FaceDocument { face, warnings, files } = read_face(path, None).map_err(|error| {
+                let is_missing = matches!(error.kind, FaceFileErrorKind::Unreadable(UnreadableText::Missing));
+                match path.to_str().and_then(|name| nearest(&name.to_lowercase(), ["standard"])) {
+                    Some(_) if is_missing => CliError::MisspeltStandard(path.clone()),
+                    _ => error.into(),
+                }
+            })?;
             let warnings = warnings.iter().map(ToString::to_string).collect();
-            let inputs = files.iter().map(|file| fingerprint(file)).collect::<Result<_, _>>()?;
+            let inputs = files.iter().map(|file| (input_name(&file.path), file.sha256.clone())).collect();
             let called = path.display().to_string();
             let name = called.replace('\\', "/");
             Ok(LoadedFace { face, name, called, warnings, inputs })
@@ -47,12 +53,19 @@ pub(crate) fn load(choice: &FaceChoice, progress: &mut Progress) -> Result<Loade
     })
 }
 
+impl LoadedFace {
+    /// The same face with muscles `factor` times as strong.
+    pub(crate) fn with_strength(self, factor: f64) -> Self {
+        Self { face: self.face.with_strength(factor), ..self }
+    }
+}
+
 /// Where the bones are with the jaw open by so many mm.
 pub(crate) fn pose(face: &Face, jaw_opening_mm: Option<f64>) -> Pose {
     face.jaw.as_ref().zip(jaw_opening_mm).map(|(jaw, q)| Pose::opened(jaw, q)).unwrap_or_default()
 }
 
-/// The name and fingerprint of one input file.
-pub(crate) fn fingerprint(path: &Path) -> Result<(String, String), CliError> {
-    Ok((path.display().to_string().replace('\\', "/"), sha256_of_file(path)?))
+/// How answers call an input file.
+pub(crate) fn input_name(path: &Path) -> String {
+    path.display().to_string().replace('\\', "/")
 }

@@ -2,16 +2,19 @@
 
 use modiolus::forward::Model;
 use modiolus::io::{MapNpz, write_atomically};
+use modiolus::units::counted;
 
 use super::Outcome;
 use super::arguments::MapOptions;
 use super::error::CliError;
+use super::export::keep_inputs;
 use super::load::load;
 use super::progress::{Progress, say};
 
 pub(crate) fn run(options: &MapOptions) -> Result<Outcome, CliError> {
     let mut progress = Progress::new();
     let loaded = load(&options.face, &mut progress)?;
+    keep_inputs(&loaded, [options.out.clone()])?;
     let face = &loaded.face;
     let forward = |error| CliError::Forward { face: loaded.called.clone(), error: Box::new(error) };
     let model = progress.step("assemble", || Model::new(face, Vec::new())).map_err(forward)?;
@@ -22,14 +25,13 @@ pub(crate) fn run(options: &MapOptions) -> Result<Outcome, CliError> {
     let muscles = model.muscles();
     let map = MapNpz { points: &face.mesh.points, muscles, displacement: &displacement, stiffness };
     let bytes = map.to_bytes()?;
-    write_atomically(&options.out, &bytes)
-        .map_err(|reason| CliError::Write { path: options.out.clone(), reason })?;
+    write_atomically(&options.out, &bytes)?;
     say(&format!("wrote {}", options.out.display()));
     let mut text = format!(
-        "Activation map of {}: {} muscles, {} points, stiffness held at {stiffness}\n\n",
+        "Activation map of {}: {}, {}, stiffness held at {stiffness}\n\n",
         loaded.called,
-        muscles.len(),
-        face.mesh.n_nodes()
+        counted(muscles.len(), "muscle"),
+        counted(face.mesh.n_nodes(), "point")
     );
     let width = muscles.iter().map(String::len).max().unwrap_or(0);
     text += &format!("{:width$}   farthest point, mm at full activation\n", "muscle");

@@ -15,6 +15,7 @@ mod render;
 mod surgery;
 mod table;
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
@@ -22,6 +23,7 @@ use clap::Parser;
 
 use self::arguments::{Arguments, FaceVerb, Verb};
 use self::error::CliError;
+use self::progress::say;
 
 /// What a verb prints on stdout, and whether it was solved.
 pub(crate) struct Outcome {
@@ -32,17 +34,45 @@ pub(crate) struct Outcome {
 }
 
 pub(crate) fn run() -> ExitCode {
-    match dispatch(Arguments::parse().verb) {
-        Ok(outcome) => {
-            // A reader that closes the pipe early has what it wanted.
-            let _ = io::stdout().lock().write_all(outcome.text.as_bytes());
-            ExitCode::from(u8::from(!outcome.solved))
+    let done = match Arguments::try_parse() {
+        Ok(arguments) => dispatch(arguments.verb),
+        // What was asked for by --help and --version is data, too.
+        Err(told) if !told.use_stderr() => Ok(Outcome { text: told.to_string(), solved: true }),
+        Err(told) => {
+            let _ = io::stderr().lock().write_all(visible(&told.to_string()).as_bytes());
+            return ExitCode::from(2);
         }
+    };
+    let told = done.and_then(|outcome| match print(&outcome.text) {
+        Ok(()) => Ok(outcome.solved),
+        Err(reason) => Err(CliError::Stdout(reason)),
+    });
+    match told {
+        Ok(solved) => ExitCode::from(u8::from(!solved)),
         Err(error) => {
-            let _ = writeln!(io::stderr().lock(), "error: {error}");
+            say(&format!("error: {error}"));
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// Puts `text` on stdout. A reader that closes the pipe early has what it wanted.
+fn print(text: &str) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(visible(text).as_bytes()).and_then(|()| stdout.flush()) {
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        done => done,
+    }
+}
+
+/// `text` without characters that would steer a terminal: names in files may hold any.
+pub(crate) fn visible(text: &str) -> Cow<'_, str> {
+    let steers = |c: char| c.is_control() && c != '\n' && c != '\t';
+    if !text.contains(steers) {
+        return Cow::Borrowed(text);
+    }
+    let shown = |c: char| if steers(c) { c.escape_default().to_string() } else { c.to_string() };
+    Cow::Owned(text.chars().map(shown).collect())
 }
 
 fn dispatch(verb: Verb) -> Result<Outcome, CliError> {

@@ -44,5 +44,5 @@ impl Progress {
 /// A line of talk on stderr.
 pub(crate) fn say(line: &str) {
     use std::io::Write;
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", super::visible(line));
 }

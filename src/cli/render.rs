@@ -2,21 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use modiolus::face::{ContactReach, Face, Pose};
-use modiolus::forward::{FixedStiffness, Model, Response, contact_forces};
+use modiolus::face::Pose;
 use modiolus::io::{read_answer, write_atomically};
 use modiolus::render::{Drawing, Image, RenderError, Scene};
-use nalgebra::{DVector, Vector3};
+use modiolus::study::{Mechanics, Mover};
 
 use super::Outcome;
 use super::activation_list::resolve;
-use super::arguments::{ContactMode, FaceChoice, RenderOptions, Stiffness};
+use super::arguments::{FaceChoice, RenderOptions};
 use super::error::CliError;
+use super::export::keep_inputs;
 use super::load::{LoadedFace, load, pose};
 use super::progress::{Progress, say};
-
-/// Farthest that a node of a written face lies from where the written displacement takes it, mm: rounding alone.
-const WRITTEN_MM: f64 = 1e-6;
 
 /// A face and how it is moved.
 struct Posed {
@@ -35,6 +32,7 @@ pub(crate) fn run(options: &RenderOptions) -> Result<Outcome, CliError> {
         face => activated(face, options, &mut progress)?,
     };
     let Posed { loaded, activation, displacement, pose } = &posed;
+    keep_inputs(loaded, [options.out.clone()])?;
     if options.show.displacement && displacement.is_none() {
         return Err(CliError::NothingMoves);
     }
@@ -57,7 +55,7 @@ pub(crate) fn run(options: &RenderOptions) -> Result<Outcome, CliError> {
 /// Writes a picture as a PNG file.
 pub(crate) fn write_image(path: &Path, image: &Image) -> Result<(), CliError> {
     let bytes = image.to_png()?;
-    write_atomically(path, &bytes).map_err(|reason| CliError::Write { path: path.to_owned(), reason })?;
+    write_atomically(path, &bytes)?;
     say(&format!(
         "wrote {}, {} x {} pixels, {} kB",
         path.display(),
@@ -69,55 +67,31 @@ pub(crate) fn write_image(path: &Path, image: &Image) -> Result<(), CliError> {
 }
 
 fn activated(face: &FaceChoice, options: &RenderOptions, progress: &mut Progress) -> Result<Posed, CliError> {
-    let loaded = load(face, progress)?;
+    let loaded = load(face, progress)?.with_strength(options.strength);
     if options.activate.is_empty() {
         return Ok(Posed { loaded, activation: None, displacement: None, pose: Pose::rest() });
     }
     let muscles: Vec<String> = loaded.face.muscles.iter().map(|m| m.name.clone()).collect();
     let activation = resolve(&options.activate, &muscles)?;
     let poses = [activation.clone()];
-    let mut moved = displacements(&loaded, &poses, options.stiffness, options.contact, progress)?;
+    let mut moved = displacements(&loaded, &poses, options.mechanics(), progress)?;
     Ok(Posed { loaded, activation: Some(activation), displacement: moved.pop(), pose: Pose::rest() })
 }
 
-/// Displacement (3n, mm) under each of the activations `poses`: from one factorisation where the stiffness is held.
+/// Displacement (3n, mm) under each of the activations `poses`.
 pub(crate) fn displacements(
     loaded: &LoadedFace,
     poses: &[Vec<f64>],
-    stiffness: Stiffness,
-    contact: ContactMode,
+    mechanics: Mechanics,
     progress: &mut Progress,
 ) -> Result<Vec<Vec<f64>>, CliError> {
-    let face = &loaded.face;
-    let pairs = progress.step("contact_pairs", || match contact {
-        ContactMode::Off => Vec::new(),
-        _ => face.contact_pairs(ContactReach::default()),
-    });
-    let forward = |error| CliError::Forward { face: loaded.called.clone(), error: Box::new(error) };
-    let model = progress.step("assemble", || Model::new(face, pairs)).map_err(forward)?;
-    let mut held: Option<(FixedStiffness<'_>, Response)> = None;
-    let mut moved = Vec::with_capacity(poses.len());
-    for pose in poses {
-        let at = match stiffness {
-            Stiffness::Activated => pose.clone(),
-            Stiffness::Fixed(a) => vec![a; pose.len()],
-        };
-        if held.is_none() || stiffness == Stiffness::Activated {
-            let fixed = progress.step("factorise", || model.at(&at)).map_err(forward)?;
-            let response = progress.step("solve_response", || fixed.response(&[]));
-            held = Some((fixed, response));
-        }
-        if let Some((fixed, response)) = &held {
-            let forces = match &response.contact {
-                None => Vec::new(),
-                Some(contact) => {
-                    contact_forces(contact, &DVector::from_column_slice(pose))?.as_slice().to_vec()
-                }
-            };
-            moved.push(progress.step("displace", || fixed.displacement(pose, &forces)));
-        }
-    }
-    Ok(moved)
+    let study = |error| CliError::Study { face: loaded.called.clone(), error: Box::new(error) };
+    let mover = progress.step("assemble", || Mover::new(&loaded.face, mechanics)).map_err(study)?;
+    let settle = |pose: &Vec<f64>| {
+        let moved = progress.step("settle", || mover.settle(pose, &Pose::rest())).map_err(study)?;
+        Ok(moved.displacement)
+    };
+    poses.iter().map(settle).collect()
 }
 
 fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Result<Posed, CliError> {
@@ -144,31 +118,8 @@ fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Resul
     let of = |name: &String| files.activations.get(name).copied().unwrap_or(0.0);
     let activation = loaded.face.muscles.iter().map(|m| of(&m.name)).collect();
     let pose = pose(&loaded.face, files.jaw_opening_mm);
-    if let Some(operated) = operated(dir, &loaded.face, &files.displacement, progress)? {
-        loaded.face.teeth = operated.teeth;
+    if let Some(index) = files.operated {
+        loaded.face.teeth = load(&FaceChoice::File(index), progress)?.face.teeth;
     }
     Ok(Posed { loaded, activation: Some(activation), displacement: Some(files.displacement), pose })
-}
-
-/// The face beside the answer in `dir`, if the displacement (3n, mm) leads from `face` to it, as `surgery` leaves one.
-fn operated(
-    dir: &Path,
-    face: &Face,
-    displacement: &[f64],
-    progress: &mut Progress,
-) -> Result<Option<Face>, CliError> {
-    let index = dir.join("face.toml");
-    if !index.exists() {
-        return Ok(None);
-    }
-    let beside = load(&FaceChoice::File(index), progress)?.face;
-    let moved = face.mesh.points.iter().zip(displacement.as_chunks::<3>().0);
-    let leads = beside.mesh.n_nodes() == face.mesh.n_nodes()
-        && beside
-            .mesh
-            .points
-            .iter()
-            .zip(moved)
-            .all(|(there, (x, &u))| (there - x - Vector3::from(u)).norm() <= WRITTEN_MM);
-    Ok(leads.then_some(beside))
 }

@@ -1,22 +1,26 @@
 //! `modiolus surgery`.
 
 use modiolus::forward::{OperationError, operate};
-use modiolus::io::{read_plan, write_face};
+use modiolus::io::{FileSet, put_face, read_plan};
+use modiolus::study::{Mechanics, MovedContact};
 
 use super::Outcome;
 use super::arguments::SurgeryOptions;
 use super::error::CliError;
-use super::export::{Answer, export};
+use super::export::{ANSWER, Answer, export, keep_inputs};
 use super::forward::{State, contact_report, forward_json, unsettled};
-use super::load::{fingerprint, load as load_face};
+use super::load::{input_name, load as load_face};
 use super::progress::{Progress, say};
 
 pub(crate) fn run(options: &SurgeryOptions) -> Result<Outcome, CliError> {
     let mut progress = Progress::new();
     let document = read_plan(&options.plan)?;
     let mut loaded = load_face(&options.face, &mut progress)?;
-    let (name, hash) = fingerprint(&options.plan)?;
-    loaded.inputs.insert(name, hash);
+    loaded.inputs.insert(input_name(&options.plan), document.sha256.clone());
+    // Before the work: the names of its files are those of any written face.
+    let mut set = FileSet::new(&options.out);
+    put_face(&mut set, &loaded.face)?;
+    keep_inputs(&loaded, set.names().chain(ANSWER).map(|name| options.out.join(name)))?;
     let face = &loaded.face;
     let done = progress.step("operate", || operate(&document.plan, face)).map_err(|error| match error {
         OperationError::Plan(error) => {
@@ -27,21 +31,27 @@ pub(crate) fn run(options: &SurgeryOptions) -> Result<Outcome, CliError> {
     let movement = &done.movement;
     let mut warnings: Vec<String> = done.large_turns.iter().map(ToString::to_string).collect();
     warnings.extend((!movement.settled).then(|| unsettled(movement.penetration_mm)));
-    let (report, load) = contact_report(face, movement);
+    let contact = MovedContact::of_linear(face, movement);
     let state = State {
         activation: vec![0.0; face.muscles.len()],
         jaw_opening_mm: None,
         displacement: movement.equilibrium.displacement.clone(),
-        contact: Some(report),
+        contact: Some(contact_report(&contact)),
         warnings,
     };
-    let json = forward_json(&loaded, &state, "activated".to_owned(), progress);
-    let files = write_face(&options.out, &done.face)?;
+    let mechanics = Mechanics { contact: true, ..Mechanics::default() };
+    let json = forward_json(&loaded, &state, (mechanics, 1.), progress);
+    put_face(&mut set, &done.face)?;
     let heading = format!("{} on {}: how the tissue follows the bones", document.plan.name, loaded.called);
     let State { activation, displacement, .. } = state;
-    let answer =
-        Answer { heading, json, displacement: Some(displacement), activation, contact_load: Some(load) };
-    let text = export(&answer, face, &options.out, options.json)?;
-    say(&format!("wrote the new face to {}", files[files.len() - 1].display()));
+    let answer = Answer {
+        heading,
+        json,
+        displacement: Some(displacement),
+        activation,
+        contact_load: Some(contact.load),
+    };
+    let text = export(answer, face, set, options.json)?;
+    say(&format!("wrote the new face to {}", options.out.join("face.toml").display()));
     Ok(Outcome { text, solved: true })
 }

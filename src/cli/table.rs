@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use modiolus::io::{ContactJson, LinearJson, MarkerJson, RelaxationEndWord, SolutionJson};
+use modiolus::units::counted;
 
 /// Characters of a full bar.
 const BAR: usize = 20;
@@ -54,7 +55,7 @@ fn activations(activations: &BTreeMap<String, f64>) -> String {
     let mut text =
         format!("{:width$}  {:>side$} | subject's left\n", "Activation, per cent", "subject's right");
     for (stem, [right, left, both]) in rows {
-        let right = right.or(both).map(|a| format!("{:>BAR$} {:3.0} ", bar(a), 100.0 * a));
+        let right = right.map(|a| format!("{:>BAR$} {:3.0} ", bar(a), 100.0 * a));
         let left = left.or(both).map(|a| format!("{:3.0}  {}", 100.0 * a, bar(a)));
         let line =
             format!("{stem:width$}  {:>side$} | {}", right.unwrap_or_default(), left.unwrap_or_default());
@@ -133,7 +134,8 @@ fn contact(contact: &ContactJson) -> String {
     let ContactJson { max_penetration_mm, overlap_mm, .. } = contact;
     let ContactJson { relaxation_gap, relaxation_nodes, relaxation_end, .. } = contact;
     let mut text = format!(
-        "Contact\n{active} of {pairs} pairs press with {force_n:.2} N in all; deepest penetration beyond rest {:.3} mm\n",
+        "Contact\n{active} of {} touching, with {force_n:.2} N in all; deepest penetration beyond rest {:.3} mm\n",
+        counted(*pairs, "pair"),
         tidy(*max_penetration_mm, 3)
     );
     text += &format!(
@@ -145,7 +147,8 @@ fn contact(contact: &ContactJson) -> String {
     text += &match relaxation_end {
         None => String::new(),
         Some(RelaxationEndWord::Closed) => {
-            format!("no other set of contacts is better ({relaxation_nodes} relaxations)\n")
+            let relaxations = counted(*relaxation_nodes, "relaxation");
+            format!("no other set of contacts is better ({relaxations})\n")
         }
         Some(end) => {
             let end = match end {
@@ -154,7 +157,8 @@ fn contact(contact: &ContactJson) -> String {
             };
             format!(
                 "another set of contacts could lower the objective by {relaxation_gap:.3} at most \
-                 ({relaxation_nodes} relaxations, {end})\n"
+                 ({}, {end})\n",
+                counted(*relaxation_nodes, "relaxation")
             )
         }
     };
@@ -173,7 +177,7 @@ fn limits(answer: &SolutionJson) -> String {
     }
     let more = answer.active_limits.len().saturating_sub(SHOWN_LIMITS);
     if more > 0 {
-        text += &format!("and {more} weaker ones, in solution.json\n");
+        text += &format!("and {}, in solution.json\n", counted(more, "weaker one"));
     }
     text
 }
@@ -192,11 +196,12 @@ fn expected(answer: &SolutionJson) -> String {
 /// What the muscles' stiffening did to the answer, and whether the target determines it.
 fn nonlinear(answer: &SolutionJson) -> String {
     let mut text = String::new();
-    if let Some(LinearJson { stiffness, muscle, activation_off, markers_off_mm }) = &answer.linear_answer {
+    if let Some(linear) = &answer.linear_answer {
+        let LinearJson { stiffness, muscle, activation_off, markers_off_mm, residual_rms_mm, .. } = linear;
         text += &format!(
-            "Muscles stiffen as they act: held at the stiffness of {stiffness}, the answer would differ by up to {:.0} per \
-             cent ({muscle}), and its activations would lead {markers_off_mm:.1} mm (root mean square) from where it puts \
-             the points\n",
+            "The linear answer, muscles held at the stiffness of {stiffness}: {residual_rms_mm:.2} mm root mean square by its \
+             own count; it differs by up to {:.0} per cent ({muscle}), and its activations lead {markers_off_mm:.1} mm \
+             (root mean square) from where it puts the points\n",
             100.0 * activation_off
         );
     }

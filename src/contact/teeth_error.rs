@@ -4,7 +4,7 @@ use std::fmt;
 
 use thiserror::Error;
 
-use crate::units::Vec3;
+use crate::units::{Vec3, counted};
 
 /// How many places a message lists before it says how many more there are.
 const LISTED: usize = 6;
@@ -62,8 +62,8 @@ pub enum TeethError {
     },
     /// Edges of three triangles or more.
     #[error(
-        "{} edges of the tooth surface belong to more than two triangles, so it has no inside: {}; \
-         remove the doubled or inner triangles", edges.len(), list(edges)
+        "the tooth surface has {} of more than two triangles, and so no inside: {}; \
+         remove the doubled or inner triangles", counted(edges.len(), "edge"), list(edges)
     )]
     NonManifold {
         /// The edges.
@@ -71,8 +71,8 @@ pub enum TeethError {
     },
     /// Neighbours whose normals point to opposite sides.
     #[error(
-        "the triangles at {} edges of the tooth surface are oriented against each other: {}; \
-         make the orientation consistent", edges.len(), list(edges)
+        "triangles of the tooth surface are oriented against each other at {}: {}; \
+         make the orientation consistent, or set `orient = true`", counted(edges.len(), "edge"), list(edges)
     )]
     Inconsistent {
         /// The edges.
@@ -80,8 +80,8 @@ pub enum TeethError {
     },
     /// Holes.
     #[error(
-        "the tooth surface is open, {} holes: {}; close them or set `cap_holes = true`",
-        loops.len(), list(loops)
+        "the tooth surface is open, {}: {}; close them or set `cap_holes = true`",
+        counted(loops.len(), "hole"), list(loops)
     )]
     Open {
         /// Its boundary.
@@ -89,8 +89,8 @@ pub enum TeethError {
     },
     /// Pieces turned inside out.
     #[error(
-        "the normals of {} pieces of the tooth surface point inward: {}; reverse their triangles",
-        pieces.len(), list(pieces)
+        "the tooth surface has {} with normals that point inward: {}; reverse their triangles, or set `orient = true`",
+         counted(pieces.len(), "piece"), list(pieces)
     )]
     Inward {
         /// The pieces.
@@ -106,13 +106,19 @@ pub enum TeethError {
 #[non_exhaustive]
 pub enum TeethWarning {
     /// Holes were closed, as asked for.
-    #[error("{} holes of the tooth surface were capped: {}", loops.len(), list(loops))]
+    #[error("{} of the tooth surface capped: {}", counted(loops.len(), "hole"), list(loops))]
     Capped {
         /// What was closed.
         loops: Vec<BoundaryLoop>,
     },
+    /// Triangles were turned to face outward, as asked for.
+    #[error("{triangles} triangles of the tooth surface were turned to face outward")]
+    Turned {
+        /// How many.
+        triangles: usize,
+    },
     /// Pieces that enclose nothing were left out.
-    #[error("{} pieces of the tooth surface that enclose nothing were left out: {}", pieces.len(), list(pieces))]
+    #[error("{} of the tooth surface left out for enclosing nothing: {}", counted(pieces.len(), "piece"), list(pieces))]
     Debris {
         /// What was left out.
         pieces: Vec<Piece>,
@@ -121,13 +127,14 @@ pub enum TeethWarning {
 
 impl fmt::Display for BoundaryLoop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} edges, {:.1} mm, at {}", self.edges, self.length_mm, place(self.centre))
+        write!(f, "{}, {:.1} mm, at {}", counted(self.edges, "edge"), self.length_mm, place(self.centre))
     }
 }
 
 impl fmt::Display for Piece {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} triangles, {:.3} mm³, at {}", self.triangles, self.volume_mm3, place(self.centre))
+        let triangles = counted(self.triangles, "triangle");
+        write!(f, "{triangles}, {:.3} mm³, at {}", self.volume_mm3, place(self.centre))
     }
 }
 

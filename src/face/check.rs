@@ -3,24 +3,42 @@
 use std::collections::BTreeSet;
 
 use super::curve::polyline_length;
-use super::jaw::LEAST_ARM_MM;
-use super::{Face, FaceError, FaceWarning, Muscle, MuscleLaw, MuscleTissue, RestOverlap, Tissue};
-use crate::mesh::{CellKind, validate};
+use super::jaw::{LEAST_ARM_MM, MOST_ARM_MM};
+use super::{
+    ContactReach, Face, FaceError, FaceWarning, Muscle, MuscleLaw, MuscleTissue, RestOverlap, Tissue,
+};
+use crate::contact::PairKind;
+use crate::mesh::{Cell, CellKind, Extent, MAX_EXTENT_MM, validate};
 use crate::units::Vec3;
 
 /// Plausible moduli of soft tissue, kPa; muscle at full contraction included.
 const PLAUSIBLE_KPA: [f64; 2] = [1., 500.];
 
+/// Moduli and forces beyond which numbers overflow before anything is told, kPa and N.
+const LEAST_KPA: f64 = 1e-9;
+const MOST_KPA: f64 = 1e12;
+const LEAST_N: f64 = 1e-9;
+const MOST_N: f64 = 1e6;
+
+/// A fibre that ends this near to a node on bone ends on bone, mm: half a cell.
+const ON_BONE_MM: f64 = 2.5;
+
+/// No coordinate of a jaw joint that is beyond this is metres, mm.
+const IN_METRES: f64 = 1.;
+
 /// Reference coordinate of the two-point Gauss rule.
 const GAUSS: f64 = 0.577_350_269_189_625_8;
 
 impl Tissue {
-    /// What is wrong or odd: `E > 0`, `-1 < nu < 1/2`.
+    /// What is wrong or odd: `E > 0`, `-1 < nu < 1/2`, `c_2/c_1 >= 0`.
     pub fn check(&self) -> (Vec<FaceError>, Vec<FaceWarning>) {
         let mut errors = Vec::new();
         let mut warnings = Vec::new();
         modulus("tissue.young_kpa", self.young_kpa, &mut errors, &mut warnings);
         poisson("tissue.poisson", self.poisson, &mut errors);
+        if !(self.strain_stiffening.is_finite() && self.strain_stiffening >= 0.) {
+            errors.push(FaceError::StrainStiffening { value: self.strain_stiffening });
+        }
         (errors, warnings)
     }
 }
@@ -78,7 +96,7 @@ impl MuscleTissue {
 }
 
 fn modulus(field: &'static str, value: f64, errors: &mut Vec<FaceError>, warnings: &mut Vec<FaceWarning>) {
-    if !(value > 0. && value.is_finite()) {
+    if !(LEAST_KPA..=MOST_KPA).contains(&value) {
         errors.push(FaceError::Modulus { field, value });
     } else if !(PLAUSIBLE_KPA[0]..=PLAUSIBLE_KPA[1]).contains(&value) {
         warnings.push(FaceWarning::ImplausibleModulus { field, value });
@@ -99,6 +117,9 @@ impl Face {
         errors.extend(e);
         warnings.extend(w);
         errors.extend(self.missing_nodes());
+        if errors.is_empty() {
+            errors.extend(self.orphan_nodes());
+        }
         errors.extend(self.jaw_error());
         if !errors.is_empty() {
             return (errors, warnings);
@@ -128,24 +149,60 @@ impl Face {
             if overlap.inside > 0 {
                 warnings.push(FaceWarning::RestOverlap(overlap));
             }
+            warnings.extend(self.without_contact());
         }
-        (errors, warnings)
+        (errors, FaceWarning::join_sides(warnings, FaceWarning::with_other_side))
     }
 
-    fn missing_nodes(&self) -> Vec<FaceError> {
-        let n_nodes = self.mesh.n_nodes();
+    /// The sets that the face names, with their nodes.
+    fn sets(&self) -> impl Iterator<Item = (&str, &Vec<usize>)> {
         let named = [
             ("mucosa", &self.mucosa),
             ("upper_lip", &self.upper_lip),
             ("lower_lip", &self.lower_lip),
             ("skin", &self.skin),
         ];
-        let bones = self.supports.iter().map(|s| (s.bone.as_str(), &s.nodes));
+        named.into_iter().chain(self.supports.iter().map(|s| (s.bone.as_str(), &s.nodes)))
+    }
+
+    fn missing_nodes(&self) -> Vec<FaceError> {
+        let n_nodes = self.mesh.n_nodes();
         let missing = |(set, nodes): (&str, &Vec<usize>)| {
             let node = *nodes.iter().find(|node| **node >= n_nodes)?;
             Some(FaceError::MissingNode { set: set.to_owned(), node, n_nodes })
         };
-        named.into_iter().chain(bones).filter_map(missing).collect()
+        self.sets().filter_map(missing).collect()
+    }
+
+    /// Sets with a node that no cell carries: it would rest where the tissue goes.
+    fn orphan_nodes(&self) -> Vec<FaceError> {
+        let mut used = vec![false; self.mesh.n_nodes()];
+        for &node in self.mesh.cells.iter().flat_map(Cell::nodes) {
+            // Cells on nodes that do not exist are told by the mesh's own check.
+            if let Some(used) = used.get_mut(node) {
+                *used = true;
+            }
+        }
+        let orphan = |(set, nodes): (&str, &Vec<usize>)| {
+            let node = *nodes.iter().find(|node| !used[**node])?;
+            Some(FaceError::OrphanNode { set: set.to_owned(), node: self.mesh.node_id(node) })
+        };
+        self.sets().filter_map(orphan).collect()
+    }
+
+    /// Arches without a candidate pair.
+    fn without_contact(&self) -> Vec<FaceWarning> {
+        if self.teeth.is_empty() {
+            return Vec::new();
+        }
+        let reach = ContactReach::default();
+        let touched: Vec<PairKind> = self.contact_pairs(reach).iter().map(|pair| pair.kind).collect();
+        let arches = [("upper", true, PairKind::UpperTeeth), ("lower", false, PairKind::LowerTeeth)];
+        let has_none = arches.into_iter().filter(|(_, upper, kind)| {
+            self.teeth.iter().any(|teeth| teeth.upper == *upper) && !touched.contains(kind)
+        });
+        let (mucosa, reach_mm) = (self.mucosa.len(), reach.teeth_mm);
+        has_none.map(|(arch, ..)| FaceWarning::NoContact { arch, mucosa, reach_mm }).collect()
     }
 
     /// Supports that share nodes with one before them.
@@ -182,18 +239,41 @@ impl Face {
             return wrong("jaw.condyles_mm", "a coordinate is not finite; give places in mm".to_owned());
         }
         let apart = left.x - right.x;
-        if apart < LEAST_ARM_MM {
+        // The greatest coordinate of a jaw in metres is 0.1.
+        let all = [left, right, jaw.incisor];
+        if all.iter().all(|p| p.amax() < IN_METRES) {
+            let problem = format!("no coordinate reaches {IN_METRES} mm: metres? Give places in mm");
+            return wrong("jaw.condyles_mm", problem);
+        }
+        if !(LEAST_ARM_MM..=MOST_ARM_MM).contains(&apart) {
             let problem = format!(
-                "the left condyle must be at least {LEAST_ARM_MM} mm to the left (+x) of the right one, not {apart:.2}; \
-                 give the left one first"
+                "the left condyle must be {LEAST_ARM_MM} to {MOST_ARM_MM} mm to the left (+x) of the right one, not \
+                 {apart:.2}; give the left one first, in mm"
             );
             return wrong("jaw.condyles_mm", problem);
         }
         let arm = jaw.arm_mm();
-        if arm < LEAST_ARM_MM {
+        if !(LEAST_ARM_MM..=MOST_ARM_MM).contains(&arm) {
             let problem = format!(
-                "the lower incisal point is {arm:.2} mm from the axis through the condyles; give one at least \
-                 {LEAST_ARM_MM} mm away"
+                "the lower incisal point is {arm:.2} mm from the axis through the condyles; give one {LEAST_ARM_MM} to \
+                 {MOST_ARM_MM} mm away, in mm"
+            );
+            return wrong("jaw.incisor_mm", problem);
+        }
+        if let Some(condyle) = [left, right].iter().find(|c| c.z >= jaw.incisor.z) {
+            let problem = format!(
+                "a condyle at z = {:.1} mm lies in front of the lower incisal point at z = {:.1} mm, so that opening would \
+                 turn the chin up; give places with +z to the front",
+                condyle.z, jaw.incisor.z
+            );
+            return wrong("jaw.condyles_mm", problem);
+        }
+        let (face, incisor) = (self.mesh.extent(), Extent::of(&[jaw.incisor]));
+        let (gap, size) = (incisor.gap_mm(&face), face.longest_mm());
+        if gap > size {
+            let problem = format!(
+                "the lower incisal point lies {gap:.0} mm away from the mesh, which measures {size:.0} mm; give it in mm in \
+                 the face's frame"
             );
             return wrong("jaw.incisor_mm", problem);
         }
@@ -204,10 +284,13 @@ impl Face {
         let mut odd = Vec::new();
         let bone: Vec<Vec3> =
             self.supports.iter().flat_map(|s| &s.nodes).map(|node| self.mesh.points[*node]).collect();
-        let to_bone = |p: &Vec3| bone.iter().map(|b| (b - p).norm_squared()).fold(f64::INFINITY, f64::min);
+        // A muscle may arise from soft tissue, nearer to no bone than it inserts: only an insertion on bone is odd.
+        let on_bone_mm = muscle.radius_mm.max(ON_BONE_MM);
+        let is_on_bone = |p: Option<&Vec3>| {
+            p.is_some_and(|p| bone.iter().any(|b| (b - p).norm_squared() <= on_bone_mm * on_bone_mm))
+        };
         let open = || muscle.fibres.iter().filter(|f| !f.closed);
-        let flipped =
-            open().filter(|f| f.points.last().map(&to_bone) < f.points.first().map(&to_bone)).count();
+        let flipped = open().filter(|f| is_on_bone(f.points.last()) && !is_on_bone(f.points.first())).count();
         // Ends at the edge of a support decide for single fibres either way; most of them tell.
         if 2 * flipped > muscle.fibres.len() {
             odd.push(FaceWarning::FlippedFibres { muscle: muscle.name.clone(), fibres: flipped });
@@ -263,10 +346,25 @@ impl Muscle {
             })
         };
         let mut errors: Vec<FaceError> = [
-            number("max_force_n", self.max_force_n, self.max_force_n > 0., "a positive force in N"),
-            number("radius_mm", self.radius_mm, self.radius_mm > 0., "a positive length in mm"),
+            number(
+                "max_force_n",
+                self.max_force_n,
+                (LEAST_N..=MOST_N).contains(&self.max_force_n),
+                "a positive force in N, of some newtons for a muscle of the face",
+            ),
+            number(
+                "radius_mm",
+                self.radius_mm,
+                self.radius_mm > 0. && self.radius_mm <= MAX_EXTENT_MM,
+                "a positive length in mm, no longer than a face",
+            ),
             self.area_mm2.and_then(|area| number("area_mm2", area, area > 0., "a positive area in mm2")),
-            number("insertion_mm", self.insertion_mm, self.insertion_mm >= 0., "0 or a length in mm"),
+            number(
+                "insertion_mm",
+                self.insertion_mm,
+                (0. ..=MAX_EXTENT_MM).contains(&self.insertion_mm),
+                "0 or a length in mm, no longer than a face",
+            ),
         ]
         .into_iter()
         .flatten()

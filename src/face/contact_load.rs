@@ -24,15 +24,24 @@ pub struct ContactLoad {
 impl Face {
     /// The load of the contact forces `lambda` (c, N) of `pairs`.
     pub fn contact_load(&self, pairs: &[Pair], lambda: &[f64]) -> ContactLoad {
+        let mut force_n = vec![Vec3::zeros(); self.mesh.n_nodes()];
+        for (pair, force) in pairs.iter().zip(lambda) {
+            pair.row.iter().for_each(|(node, g)| force_n[*node] += *force * g);
+        }
+        let by_kind: Vec<(PairKind, f64)> =
+            pairs.iter().map(|p| p.kind).zip(lambda.iter().copied()).collect();
+        self.contact_load_of_nodes(force_n, &by_kind)
+    }
+
+    /// The load of the forces `force_n` (n) on the nodes, made up of contacts of these kinds and sizes (N).
+    pub fn contact_load_of_nodes(&self, force_n: Vec<Vec3>, contacts: &[(PairKind, f64)]) -> ContactLoad {
         let touched: BTreeSet<usize> =
             self.mucosa.iter().chain(&self.upper_lip).chain(&self.lower_lip).copied().collect();
         let surface = Facets::of(&self.mesh).within(&touched.into_iter().collect::<Vec<_>>());
         let areas = surface.node_areas(&self.mesh);
-        let mut force_n = vec![Vec3::zeros(); self.mesh.n_nodes()];
         let mut total_n = BTreeMap::new();
-        for (pair, force) in pairs.iter().zip(lambda) {
-            pair.row.iter().for_each(|(node, g)| force_n[*node] += *force * g);
-            *total_n.entry(pair.kind).or_insert(0.) += force;
+        for (kind, force) in contacts {
+            *total_n.entry(*kind).or_insert(0.) += force;
         }
         let pressure = |(node, force): (usize, &Vec3)| {
             areas.get(&node).filter(|area| **area > 0.).map_or(0., |area| KPA * force.norm() / area)

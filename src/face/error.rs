@@ -4,13 +4,14 @@ use thiserror::Error;
 
 use super::RestOverlap;
 use crate::mesh::{MeshError, MeshWarning};
+use crate::units::counted;
 
 /// Why a face cannot be computed with.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum FaceError {
     /// A Young's modulus that is not positive.
-    #[error("{field} is {value} kPa; give a positive modulus")]
+    #[error("{field} is {value} kPa; give a positive modulus in kPa: soft tissue has 1 to 500")]
     Modulus {
         /// `tissue.young_kpa`, `muscle_tissue.rest_kpa` or `muscle_tissue.active_kpa`.
         field: &'static str,
@@ -23,6 +24,12 @@ pub enum FaceError {
         /// `tissue.poisson` or `muscle_tissue.poisson`.
         field: &'static str,
         /// The ratio.
+        value: f64,
+    },
+    /// A stiffening that is negative: the tissue would soften until it tears.
+    #[error("tissue.strain_stiffening is {value}; give 0 (neo-Hookean) or more (facial tissue: 0.47)")]
+    StrainStiffening {
+        /// The ratio `c_2/c_1`.
         value: f64,
     },
     /// Muscle tissue that loses its stiffness along the fibre within the range of activation.
@@ -121,6 +128,16 @@ pub enum FaceError {
         /// The bones of the face.
         known: Vec<String>,
     },
+    /// A set names a node that belongs to no cell.
+    #[error(
+        "{set}: node {node} belongs to no cell, so that nothing carries it; remove it from the set, or give it a cell"
+    )]
+    OrphanNode {
+        /// `mucosa`, `skin`, a bone ...
+        set: String,
+        /// The node, by its number in the file.
+        node: u64,
+    },
     /// A set names a node that the mesh has not.
     #[error("{set} names node {node} (from 0), but the mesh has {n_nodes}")]
     MissingNode {
@@ -161,8 +178,8 @@ pub enum FaceWarning {
     },
     /// Fibres that seem to run from the skin to the bone.
     #[error(
-        "muscle {muscle}: the insertion of {fibres} fibres is nearer to bone than their origin; if they are \
-         flipped, change `origin` to the other end"
+        "muscle {muscle}: {} on bone at the insertion and off it at the origin; if they are flipped, change `origin` to \
+         the other end", counted(*.fibres, "fibre")
     )]
     FlippedFibres {
         /// The muscle.
@@ -183,8 +200,8 @@ pub enum FaceWarning {
     },
     /// Nodes on two bones, which may move apart.
     #[error(
-        "{nodes} nodes (the first is {node}, from 0) are fixed to both {first} and {second}, and go where {second} \
-         goes; take them out of one of the two sets"
+        "{} (the first is {node}, from 0) fixed to both {first} and {second}, to go where {second} goes; take them out of \
+         one of the two sets", counted(*.nodes, "node")
     )]
     TwoBones {
         /// One bone.
@@ -208,8 +225,8 @@ pub enum FaceWarning {
     },
     /// Fibre points that were brought inside the mesh.
     #[error(
-        "muscle {muscle}: {outside} of {points} fibre points lie outside the mesh, by {largest_mm:.2} mm at \
-         most, and were moved to its boundary; correct the path if that is too far"
+        "muscle {muscle}: {outside} of {} outside the mesh, by {largest_mm:.2} mm at most, and moved to its boundary; \
+         correct the path if that is too far", counted(*.points, "fibre point")
     )]
     Projected {
         /// The muscle.
@@ -221,10 +238,25 @@ pub enum FaceWarning {
         /// Greatest distance, mm.
         largest_mm: f64,
     },
+    /// Teeth that nothing can touch.
+    #[error(
+        "the {arch} teeth have no candidate for contact: {}; check the place and the unit of their surface, and the set \
+         `mucosa`", if *.mucosa == 0 { "the face has no mucosa".to_owned() } else {
+            format!("no free one of {} comes within {reach_mm} mm", counted(*.mucosa, "mucosa node"))
+        }
+    )]
+    NoContact {
+        /// `upper` or `lower`.
+        arch: &'static str,
+        /// Mucosa nodes.
+        mucosa: usize,
+        /// Farthest node that is a candidate, mm.
+        reach_mm: f64,
+    },
     /// Mucosa inside the teeth at rest.
     #[error(
-        "{} of {} mucosa nodes lie inside the teeth at rest (median {:.2} mm, at most {:.2}); the overlap is \
-         taken as zero gap", .0.inside, .0.nodes, .0.median_mm, .0.deepest_mm
+        "{} of {} inside the teeth at rest (median {:.2} mm, at most {:.2}); the overlap is \
+         taken as zero gap", .0.inside, counted(.0.nodes, "mucosa node"), .0.median_mm, .0.deepest_mm
     )]
     RestOverlap(RestOverlap),
 }

@@ -5,6 +5,8 @@ use crate::units::Vec3;
 
 /// Least distance of the condyles from each other and of the incisal point from their axis, mm.
 pub(super) const LEAST_ARM_MM: f64 = 10.;
+/// Greatest such distances, mm: half as much again as the mandible of any adult.
+pub(super) const MOST_ARM_MM: f64 = 250.;
 /// Widest opening, mm: active mouth opening of adults is 40 to 60 mm.
 const WIDEST_MM: f64 = 60.;
 

@@ -10,8 +10,10 @@ mod error;
 mod jaw;
 mod landmark;
 mod muscle;
+mod overlap;
 mod pose;
 mod rigid_motion;
+mod sides;
 mod skin_normal;
 pub mod standard;
 mod support;
@@ -28,6 +30,7 @@ pub use error::{FaceError, FaceWarning};
 pub use jaw::{Jaw, JawRange};
 pub use landmark::Landmark;
 pub use muscle::{Fibre, Muscle};
+pub use overlap::{Inside, Overlap, OverlapSearch, overlap};
 pub use pose::{LargeTurn, Pose};
 pub use rigid_motion::RigidMotion;
 pub use skin_normal::SkinNormal;
@@ -74,6 +77,15 @@ impl Face {
     /// The landmark called `name`.
     pub fn landmark(&self, name: &str) -> Option<&Landmark> {
         self.landmarks.iter().find(|l| l.name == name)
+    }
+
+    /// The same face with muscles `factor` times as strong: 2.5 brings the standard face from 0.1 to 0.25 N/mm² of
+    /// cross-section, about the specific tension of human skeletal muscle in vivo, 26.8 N/cm² (Persad et al. 2024,
+    /// 10.1152/japplphysiol.00296.2024, a systematic review).
+    #[must_use]
+    pub fn with_strength(mut self, factor: f64) -> Self {
+        self.muscles.iter_mut().for_each(|muscle| muscle.max_force_n *= factor);
+        self
     }
 
     /// Position in [`muscles`](Self::muscles) of the muscle called `name`.

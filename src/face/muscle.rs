@@ -12,6 +12,24 @@ pub struct Fibre {
     pub closed: bool,
 }
 
+impl Fibre {
+    /// The share of the fibre's tension that each of its segments carries: 1, and along the last `insertion_mm` before
+    /// the insertion (or the whole fibre, where it is shorter) falling to 0. A closed fibre has no insertion.
+    pub fn tension_shares(&self, insertion_mm: f64) -> Vec<f64> {
+        let n = self.points.len();
+        let n_segments = if self.closed { n } else { n.saturating_sub(1) };
+        let length = |i: usize| (self.points[(i + 1) % n] - self.points[i]).norm();
+        let mut remaining: f64 = (0..n_segments).map(length).sum();
+        let ramp = if self.closed { 0. } else { insertion_mm.min(remaining) };
+        let share = |i: usize| {
+            let share = if ramp > 0. { ((remaining - 0.5 * length(i)) / ramp).min(1.) } else { 1. };
+            remaining -= length(i);
+            share
+        };
+        (0..n_segments).map(share).collect()
+    }
+}
+
 /// A muscle: one activation that drives a bundle of fibres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Muscle {
@@ -36,5 +54,21 @@ impl Muscle {
     pub fn volume_mm3(&self) -> Option<f64> {
         let length: f64 = self.fibres.iter().map(|f| polyline_length(&f.points, f.closed)).sum();
         Some(self.area_mm2? * length / self.fibres.len().max(1) as f64)
+    }
+
+    /// Integral of the tension of full activation along the fibres, N mm: what the muscle's force can do per unit of
+    /// shortening.
+    pub fn tension_moment(&self) -> f64 {
+        let along = |fibre: &Fibre| -> f64 {
+            let n = fibre.points.len();
+            let length = |i: usize| (fibre.points[(i + 1) % n] - fibre.points[i]).norm();
+            fibre
+                .tension_shares(self.insertion_mm)
+                .iter()
+                .enumerate()
+                .map(|(i, share)| share * length(i))
+                .sum()
+        };
+        self.max_force_n * self.fibres.iter().map(along).sum::<f64>() / self.fibres.len().max(1) as f64
     }
 }

@@ -58,6 +58,14 @@ impl Pose {
         self
     }
 
+    /// The pose the `share` of the way to `other`, each bone on its own way.
+    pub fn towards(&self, other: &Self, share: f64) -> Self {
+        let bones = self.motions.keys().chain(other.motions.keys());
+        let of = |pose: &Self, bone: &str| pose.motions.get(bone).copied().unwrap_or_default();
+        bones
+            .fold(Self::rest(), |pose, bone| pose.with(bone, of(self, bone).towards(&of(other, bone), share)))
+    }
+
     /// Whether every bone rests.
     pub fn is_rest(&self) -> bool {
         self.motions.is_empty()

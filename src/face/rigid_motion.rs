@@ -74,6 +74,17 @@ impl RigidMotion {
         self.rotation.angle().to_degrees()
     }
 
+    /// The motion that is the `share` of the way to `other`: the rotation between the two about its own axis, while
+    /// the centre of `other` (of this, where `other` is no rotation) goes straight.
+    pub fn towards(&self, other: &Self, share: f64) -> Self {
+        let turning = if other.rotation == Rotation3::identity() { self } else { other };
+        let centre = turning.centre;
+        let between = (other.rotation * self.rotation.inverse()).scaled_axis() * share;
+        let rotation = Rotation3::new(between) * self.rotation;
+        let translation = self.displacement(centre).lerp(&other.displacement(centre), share);
+        Self { rotation, centre, translation }
+    }
+
     /// Whether nothing moves.
     pub fn is_rest(&self) -> bool {
         *self == Self { centre: self.centre, ..Self::default() }
@@ -93,6 +104,19 @@ mod tests {
         assert!((moved.angle_deg() - 90.).abs() < 1e-9);
         assert!(!moved.is_rest() && RigidMotion::default().is_rest());
         assert_eq!(RigidMotion::rotation(Vec3::zeros(), Vec3::zeros(), 1.), None);
+    }
+
+    #[test]
+    fn the_way_between_two_openings_of_a_hinge_is_an_opening() {
+        let (hinge, axis) = (Vec3::new(0., 30., -88.), Vec3::new(1., 0., 0.));
+        let open = |degrees| RigidMotion::rotation(hinge, axis, degrees).expect("an axis");
+        let p = Vec3::new(3., -4., 7.);
+        let between = open(2.).towards(&open(10.), 0.25);
+        assert!((between.apply(p) - open(4.).apply(p)).norm() < 1e-12);
+        let from_rest = RigidMotion::default().towards(&open(10.), 0.5);
+        assert!((from_rest.apply(p) - open(5.).apply(p)).norm() < 1e-12);
+        let back = open(10.).towards(&RigidMotion::default(), 0.5);
+        assert!((back.apply(p) - open(5.).apply(p)).norm() < 1e-12);
     }
 
     #[test]

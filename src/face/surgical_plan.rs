@@ -5,7 +5,15 @@ use std::collections::BTreeSet;
 use thiserror::Error;
 
 use super::{Face, Pose, RigidMotion, Support};
+use crate::mesh::Extent;
 use crate::units::Vec3;
+
+/// Least and greatest movement of a bone that is planned, mm: below the error of placing one by a wafer (0.1 mm at
+/// best), and beyond any advancement.
+const LEAST_MM: f64 = 0.05;
+const MOST_MM: f64 = 100.;
+/// A point whose coordinates stay below this, mm, is in metres, but for the origin itself.
+const IN_METRES: f64 = 0.2;
 
 /// What a surgeon would do to the bones: cuts in order, then one motion a bone or piece.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -139,6 +147,29 @@ pub enum PlanError {
         /// `upper` or `lower`.
         arch: &'static str,
     },
+    /// A length that cannot be millimetres on a face.
+    #[error("{field}: {value_mm} mm {problem}; metres, or another unit? Convert to mm")]
+    Scale {
+        /// Path of the field.
+        field: String,
+        /// The length, mm.
+        value_mm: f64,
+        /// Why it is implausible.
+        problem: &'static str,
+    },
+    /// A point far from the face.
+    #[error(
+        "{field}: the point lies {gap_mm:.0} mm away from the mesh, which measures {mesh_mm:.0} mm; give it in mm in the \
+         face's frame"
+    )]
+    Elsewhere {
+        /// Path of the field.
+        field: String,
+        /// Distance from the box around the mesh, mm.
+        gap_mm: f64,
+        /// Its longest side, mm.
+        mesh_mm: f64,
+    },
     /// An axis or a normal without direction, or a number that is not finite.
     #[error("{field}: {problem}")]
     Value {
@@ -158,6 +189,8 @@ impl PlanError {
             | Self::CutsNothing { field, .. }
             | Self::Taken { field, .. }
             | Self::NoTeeth { field, .. }
+            | Self::Scale { field, .. }
+            | Self::Elsewhere { field, .. }
             | Self::Value { field, .. } => field,
         }
     }
@@ -204,6 +237,31 @@ fn unknown(face: &Face, field: String, bone: &str) -> PlanError {
     PlanError::UnknownBone { field, bone: bone.to_owned(), known: face.bones() }
 }
 
+/// Refuses a length of a plan, mm, that no surgeon would plan.
+fn check_length(value_mm: f64, field: impl Fn() -> String) -> Result<(), PlanError> {
+    let problem = match value_mm {
+        v if v > 0. && v < LEAST_MM => "is less than a bone can be placed by",
+        v if v > MOST_MM => "is more than a bone of the face can be moved",
+        _ => return Ok(()),
+    };
+    Err(PlanError::Scale { field: field(), value_mm, problem })
+}
+
+/// Refuses a point of a plan that is not in the millimetres of the face.
+fn check_place(face: &Face, point: Vec3, field: impl Fn() -> String) -> Result<(), PlanError> {
+    let value_mm = point.amax();
+    if value_mm > 0. && value_mm < IN_METRES {
+        let problem = "is the largest coordinate of the point";
+        return Err(PlanError::Scale { field: field(), value_mm, problem });
+    }
+    let mesh = face.mesh.extent();
+    let (gap_mm, mesh_mm) = (Extent::of(&[point]).gap_mm(&mesh), mesh.longest_mm());
+    if gap_mm > mesh_mm {
+        return Err(PlanError::Elsewhere { field: field(), gap_mm, mesh_mm });
+    }
+    Ok(())
+}
+
 impl Cut {
     /// Splits the piece off its bone and returns the nodes stripped off it; `at` is the path of the cut.
     fn split(&self, face: &mut Face, at: &str) -> Result<Vec<usize>, PlanError> {
@@ -228,6 +286,8 @@ impl Cut {
                                    0 or a length";
                     return Err(PlanError::Value { field: format!("{at}.plane"), problem });
                 };
+                check_place(face, *point, || format!("{at}.plane.point_mm"))?;
+                check_length(*stripped_mm, || format!("{at}.plane.stripped_mm"))?;
                 let depth = |&node: &usize| (face.mesh.points[node] - point).dot(&unit);
                 (support.nodes.iter().map(depth).collect(), *stripped_mm)
             }
@@ -281,6 +341,13 @@ impl Motion {
         if !self.translation.iter().chain([&self.rotation_deg]).all(|x| x.is_finite()) {
             return wrong("", "a translation in mm and a rotation in degrees must be finite");
         }
+        check_length(self.translation.amax(), || format!("{at}.translation_mm"))?;
+        if self.rotation_deg.abs() > 180. {
+            return wrong(
+                ".rotation_deg",
+                "a bone turns by at most 180 degrees either way; give the rest of full turns",
+            );
+        }
         if self.rotation_deg == 0. {
             return Ok(RigidMotion::translation(self.translation));
         }
@@ -291,6 +358,9 @@ impl Motion {
                 return wrong(".axis", "the face has no jaw joint; give the axis as a point and a direction");
             }
         };
+        if matches!(self.about, About::Line { .. }) && point.iter().all(|x| x.is_finite()) {
+            check_place(face, point, || format!("{at}.axis.point_mm"))?;
+        }
         let turned = RigidMotion::rotation(point, direction, self.rotation_deg);
         match turned.filter(|_| point.iter().chain(direction.iter()).all(|x| x.is_finite())) {
             Some(turned) => Ok(turned.then_by(self.translation)),

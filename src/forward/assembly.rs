@@ -8,14 +8,14 @@ use super::muscle_law::tensors;
 use super::muscle_tissue::{MuscleAt, muscle_at};
 use super::{Element, ElementStiffness, ForwardError, Stiffness};
 use crate::face::{Muscle, MuscleTissue, Tissue};
-use crate::mesh::Mesh;
+use crate::mesh::{DilatationPatches, Mesh};
 use crate::units::N_PER_MM2_PER_KPA;
 
-/// Cells whose matrices are computed in parallel before they are added in order: the sum does not
+/// Elements whose matrices are computed in parallel before they are added in order: the sum does not
 /// depend on the number of threads, and memory stays bounded.
 const BATCH: usize = 4096;
 
-struct CellStiffness {
+struct PatchStiffness {
     base: ElementStiffness,
     parts: Vec<(usize, ElementStiffness)>,
 }
@@ -36,24 +36,23 @@ pub fn assemble(
     muscle_tissue: MuscleTissue,
     muscles: &[Muscle],
 ) -> Result<(Stiffness, Vec<f64>), ForwardError> {
-    let elements: Vec<Element> = (0..mesh.cells.len())
+    let patches = DilatationPatches::new(mesh);
+    let elements: Vec<(Element, Vec<usize>)> = (0..patches.len())
         .into_par_iter()
-        .map(|index| {
-            let nodes: Vec<_> = mesh.cell_points(index).collect();
-            Element::new(mesh.cells[index].kind(), &nodes)
-                .ok_or(ForwardError::InvertedCell { cell: mesh.cell_ids[index] })
-        })
+        .map(|patch| Element::of_patch(mesh, &patches, patch))
         .collect::<Result<_, _>>()?;
-    let positions: Vec<_> = elements.iter().flat_map(|e| e.points().iter().map(|p| p.position)).collect();
+    let positions: Vec<_> =
+        elements.iter().flat_map(|(e, _)| e.points().iter().map(|p| p.position)).collect();
     let at = muscle_at(&positions, muscles);
-    let starts: Vec<usize> =
-        elements.iter().scan(0, |next, e| Some(std::mem::replace(next, *next + e.points().len()))).collect();
+    let after =
+        |next: &mut usize, (e, _): &(Element, _)| Some(std::mem::replace(next, *next + e.points().len()));
+    let starts: Vec<usize> = elements.iter().scan(0, after).collect();
 
     let mut volumes = vec![0.; muscles.len()];
-    for (element, &start) in elements.iter().zip(&starts) {
+    for ((element, _), &start) in elements.iter().zip(&starts) {
         for (q, point) in element.points().iter().enumerate() {
-            if let Some((muscle, _)) = at[start + q] {
-                volumes[muscle] += point.volume;
+            if let Some(own) = at[start + q] {
+                volumes[own.muscle] += point.volume;
             }
         }
     }
@@ -72,19 +71,19 @@ pub fn assemble(
     let passive = isotropic(tissue.young_kpa * N_PER_MM2_PER_KPA, tissue.poisson);
     let rest = isotropic(muscle_tissue.rest_kpa * N_PER_MM2_PER_KPA, muscle_tissue.poisson);
     let active = muscle_tissue.active_tensors();
-    let cell_stiffness = |index: usize| {
-        let element = &elements[index];
+    let patch_stiffness = |index: usize| {
+        let element = &elements[index].0;
         let own: &[MuscleAt] = &at[starts[index]..starts[index] + element.points().len()];
         let base = element.stiffness(|q| match own[q] {
-            Some((muscle, _)) => passive + fraction[muscle] * (rest - passive),
+            Some(own) => passive + fraction[own.muscle] * (rest - passive),
             None => passive,
         });
-        let mut present: Vec<usize> = own.iter().flatten().map(|&(muscle, _)| muscle).collect();
+        let mut present: Vec<usize> = own.iter().flatten().map(|own| own.muscle).collect();
         present.sort_unstable();
         present.dedup();
         let part = |muscle: usize, tensor: usize| {
             element.stiffness(|q| match own[q] {
-                Some((m, f)) if m == muscle => fraction[m] * tensors(f)[tensor],
+                Some(own) if own.muscle == muscle => fraction[muscle] * tensors(own.direction)[tensor],
                 _ => Matrix6::zeros(),
             })
         };
@@ -92,17 +91,18 @@ pub fn assemble(
             let first = muscle * active.len();
             active.iter().enumerate().map(move |(k, &tensor)| (first + k, part(muscle, tensor)))
         });
-        CellStiffness { base, parts: parts.collect() }
+        PatchStiffness { base, parts: parts.collect() }
     };
 
-    let mut stiffness = Stiffness::new(mesh.n_nodes(), &mesh.cells, muscles.len() * active.len());
+    let joined = elements.iter().map(|(_, nodes)| nodes.as_slice());
+    let mut stiffness = Stiffness::new(mesh.n_nodes(), joined, muscles.len() * active.len());
     for first in (0..elements.len()).step_by(BATCH) {
         let batch = first..elements.len().min(first + BATCH);
-        let computed: Vec<CellStiffness> = batch.clone().into_par_iter().map(cell_stiffness).collect();
-        for (index, cell) in batch.zip(computed) {
-            let nodes = mesh.cells[index].nodes();
-            stiffness.add_base(nodes, &cell.base);
-            for (part, k) in &cell.parts {
+        let computed: Vec<PatchStiffness> = batch.clone().into_par_iter().map(patch_stiffness).collect();
+        for (index, patch) in batch.zip(computed) {
+            let nodes = &elements[index].1;
+            stiffness.add_base(nodes, &patch.base);
+            for (part, k) in &patch.parts {
                 stiffness.add_part(*part, nodes, k);
             }
         }

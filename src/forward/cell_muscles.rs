@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::muscle_tissue::muscle_at;
+use super::muscle_tissue::{MuscleAt, muscle_at};
 use crate::face::Face;
 use crate::units::Vec3;
 
@@ -30,10 +30,10 @@ pub fn cell_muscles(face: &Face) -> Vec<Option<usize>> {
     starts.windows(2).map(|range| most(&found[range[0]..range[1]])).collect()
 }
 
-fn most(found: &[Option<(usize, Vec3)>]) -> Option<usize> {
+fn most(found: &[MuscleAt]) -> Option<usize> {
     let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
-    for (muscle, _) in found.iter().flatten() {
-        *counts.entry(*muscle).or_default() += 1;
+    for own in found.iter().flatten() {
+        *counts.entry(own.muscle).or_default() += 1;
     }
     let (&muscle, &count) = counts.iter().rev().max_by_key(|(_, count)| **count)?;
     let passive = found.len() - counts.values().sum::<usize>();

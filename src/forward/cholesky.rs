@@ -100,15 +100,30 @@ impl Cholesky {
     /// [`ForwardError::NotPositiveDefinite`] when a pivot is not positive: the supports leave a
     /// free motion.
     pub fn new(symbolic: Arc<SymbolicFactor>, values: &[f64]) -> Result<Self, ForwardError> {
+        let mut factor = Self::unfactorised(symbolic);
+        factor.renew(values)?;
+        Ok(factor)
+    }
+
+    /// The memory for a factor, to be [renewed](Self::renew) before it is used.
+    pub(super) fn unfactorised(symbolic: Arc<SymbolicFactor>) -> Self {
+        Self { values: vec![0.; symbolic.symbolic.len_val()], symbolic }
+    }
+
+    /// Factorises again, in the same memory, with other `values` on the same pattern.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); what the factor holds then is no factor.
+    pub fn renew(&mut self, values: &[f64]) -> Result<(), ForwardError> {
+        let symbolic = &self.symbolic;
         let free: Vec<f64> = symbolic.source.iter().map(|&at| values[at]).collect();
         let matrix = SparseColMatRef::new(symbolic.lower.as_ref(), &free);
-        let mut factor = vec![0.; symbolic.symbolic.len_val()];
         let par = Par::Seq;
         let scratch = symbolic.symbolic.factorize_numeric_llt_scratch::<f64>(par, Default::default());
         symbolic
             .symbolic
             .factorize_numeric_llt(
-                &mut factor,
+                &mut self.values,
                 matrix,
                 Side::Lower,
                 LltRegularization::default(),
@@ -117,7 +132,7 @@ impl Cholesky {
                 Default::default(),
             )
             .map_err(|_| ForwardError::NotPositiveDefinite)?;
-        Ok(Self { symbolic, values: factor })
+        Ok(())
     }
 
     /// The analysis that this factor rests on.

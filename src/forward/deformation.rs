@@ -14,7 +14,7 @@ const LARGEST_STRAIN: f64 = 0.1;
 const LARGEST_ROTATION_DEG: f64 = 10.;
 
 /// How far a displacement field strains and turns the tissue, and where most.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deformation {
     /// Largest absolute principal value of the small strain `(H + H') / 2`, dimensionless.
     pub strain: f64,
@@ -29,8 +29,33 @@ pub struct Deformation {
     pub beyond_share: f64,
     /// Cells that it turns inside out at some integration point: `det(I + H) <= 0`.
     pub inverted_cells: usize,
-    /// Where `det(I + H)` is least, at rest, mm.
+    /// Where `det(I + H)` is least, at rest, mm,
     pub inverted_at: Vec3,
+    /// and how small it is there: the least share of its volume to which tissue is squeezed.
+    pub volume_ratio: f64,
+    /// Largest principal stretch, the greatest singular value of `I + H`.
+    pub stretch: f64,
+    /// Where, at rest, mm.
+    pub stretch_at: Vec3,
+}
+
+impl Default for Deformation {
+    /// None.
+    fn default() -> Self {
+        let nowhere = Vec3::zeros();
+        Self {
+            strain: 0.,
+            strain_at: nowhere,
+            rotation_deg: 0.,
+            rotation_at: nowhere,
+            beyond_share: 0.,
+            inverted_cells: 0,
+            inverted_at: nowhere,
+            volume_ratio: 1.,
+            stretch: 1.,
+            stretch_at: nowhere,
+        }
+    }
 }
 
 impl Deformation {
@@ -48,7 +73,7 @@ impl Deformation {
         };
         // Collected in order before it is joined: sums and ties are the same for any thread count.
         let cells: Vec<Option<Tally>> = (0..mesh.cells.len()).into_par_iter().map(in_cell).collect();
-        let inverted_cells = cells.iter().flatten().filter(|cell| cell.least_det <= 0.).count();
+        let inverted_cells = cells.iter().flatten().filter(|cell| cell.worst.volume_ratio <= 0.).count();
         let Some(all) = cells.into_iter().flatten().reduce(Tally::join) else { return Self::default() };
         Self { beyond_share: all.beyond / all.volume, inverted_cells, ..all.worst }
     }
@@ -65,15 +90,17 @@ struct Tally {
     worst: Deformation,
     volume: f64,
     beyond: f64,
-    /// Least `det(I + H)`.
-    least_det: f64,
 }
 
 impl Tally {
     fn at(point: &IntegrationPoint, gradient: &Matrix3<f64>) -> Self {
         let (strain, spin) = ((gradient + gradient.transpose()) / 2., (gradient - gradient.transpose()) / 2.);
         let axis = Vec3::new(spin[(2, 1)], spin[(0, 2)], spin[(1, 0)]);
+        let moved = Matrix3::identity() + gradient;
         let worst = Deformation {
+            volume_ratio: moved.determinant(),
+            stretch: moved.tr_mul(&moved).symmetric_eigenvalues().max().sqrt(),
+            stretch_at: point.position,
             strain: strain.symmetric_eigenvalues().amax(),
             strain_at: point.position,
             rotation_deg: axis.norm().to_degrees(),
@@ -82,8 +109,7 @@ impl Tally {
             ..Deformation::default()
         };
         let beyond = if worst.is_small() { 0. } else { point.volume };
-        let least_det = (Matrix3::identity() + gradient).determinant();
-        Self { worst, volume: point.volume, beyond, least_det }
+        Self { worst, volume: point.volume, beyond }
     }
 
     fn join(self, other: Self) -> Self {
@@ -94,15 +120,13 @@ impl Tally {
         if other.worst.rotation_deg > worst.rotation_deg {
             (worst.rotation_deg, worst.rotation_at) = (other.worst.rotation_deg, other.worst.rotation_at);
         }
-        if other.least_det < self.least_det {
-            worst.inverted_at = other.worst.inverted_at;
+        if other.worst.stretch > worst.stretch {
+            (worst.stretch, worst.stretch_at) = (other.worst.stretch, other.worst.stretch_at);
         }
-        Self {
-            worst,
-            volume: self.volume + other.volume,
-            beyond: self.beyond + other.beyond,
-            least_det: self.least_det.min(other.least_det),
+        if other.worst.volume_ratio < worst.volume_ratio {
+            (worst.volume_ratio, worst.inverted_at) = (other.worst.volume_ratio, other.worst.inverted_at);
         }
+        Self { worst, volume: self.volume + other.volume, beyond: self.beyond + other.beyond }
     }
 }
 

@@ -2,8 +2,9 @@
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 
+use super::ForwardError;
 use super::quadrature::rule;
-use crate::mesh::{CellKind, MAX_NODES};
+use crate::mesh::{CellKind, DilatationPatches, Mesh};
 use crate::units::Vec3;
 
 /// Strain-displacement matrix of one node (6 x 3).
@@ -16,19 +17,27 @@ pub struct IntegrationPoint {
     pub position: Vec3,
     /// Volume that it stands for, mm³.
     pub volume: f64,
-    gradient: [Vec3; MAX_NODES],
+    gradient: Vec<Vec3>,
 }
 
 /// An element on its nodes' rest positions.
 ///
 /// Hex8 and Wedge6 are B-bar elements (mean dilatation, Hughes 1980): the volumetric strain is its
 /// mean over the element, `B_bar = B + 1/3 m (b_mean - b)` with `m = (1,1,1,0,0,0)'` and `b` the
-/// divergence row, so that nearly incompressible tissue does not lock. Tet4 and Tet10 are plain.
+/// divergence row, so that nearly incompressible tissue does not lock. The Tet4 of a patch are one B-bar element whose
+/// integration points are the tetrahedra. A single Tet4 and Tet10 are plain.
 #[derive(Clone, Debug)]
 pub struct Element {
     n_nodes: usize,
     points: Vec<IntegrationPoint>,
-    mean_gradient: Option<[Vec3; MAX_NODES]>,
+    mean_gradient: Option<Vec<Vec3>>,
+}
+
+impl IntegrationPoint {
+    /// Gradients of the shape functions of the element's nodes, 1/mm.
+    pub(super) fn gradients(&self) -> &[Vec3] {
+        &self.gradient
+    }
 }
 
 /// Stiffness of an element as 3 x 3 node blocks, N/mm.
@@ -52,14 +61,58 @@ impl Element {
                 return None;
             }
             let to_global = jacobian.try_inverse()?.transpose();
-            let gradient = local.map(|g| to_global * g);
+            let gradient = local[..nodes.len()].iter().map(|g| to_global * g).collect();
             points.push(IntegrationPoint { position, volume: determinant * weight, gradient });
         }
-        let mean_gradient = matches!(kind, CellKind::Hex8 | CellKind::Wedge6).then(|| {
-            let volume: f64 = points.iter().map(|p| p.volume).sum();
-            std::array::from_fn(|i| points.iter().map(|p| p.gradient[i] * p.volume).sum::<Vec3>() / volume)
-        });
-        Some(Self { n_nodes: nodes.len(), points, mean_gradient })
+        let plain = Self { n_nodes: nodes.len(), points, mean_gradient: None };
+        Some(match kind {
+            CellKind::Hex8 | CellKind::Wedge6 => plain.with_mean_dilatation(),
+            CellKind::Tet4 | CellKind::Tet10 => plain,
+        })
+    }
+
+    /// The element of `patch` of `mesh` and its nodes (0-based): of a single cell that on its nodes; of several one on the
+    /// nodes of all, whose integration points are those of the cells in their order, with one mean dilatation.
+    ///
+    /// # Errors
+    /// [`ForwardError::InvertedCell`].
+    pub fn of_patch(
+        mesh: &Mesh,
+        patches: &DilatationPatches,
+        patch: usize,
+    ) -> Result<(Self, Vec<usize>), ForwardError> {
+        let of_cell = |&cell: &usize| {
+            Self::new(mesh.cells[cell].kind(), &mesh.cell_points(cell).collect::<Vec<_>>())
+                .ok_or(ForwardError::InvertedCell { cell: mesh.cell_id(cell) })
+        };
+        let (cells, nodes) = (&patches.cells()[patch], patches.nodes(mesh, patch));
+        if let [only] = &cells[..] {
+            return Ok((of_cell(only)?, nodes));
+        }
+        let mut points = Vec::new();
+        for cell in cells {
+            for point in of_cell(cell)?.points {
+                let mut gradient = vec![Vec3::zeros(); nodes.len()];
+                for (node, g) in mesh.cells[*cell].nodes().iter().zip(&point.gradient) {
+                    gradient[nodes.partition_point(|n| n < node)] = *g;
+                }
+                points.push(IntegrationPoint { gradient, ..point });
+            }
+        }
+        let plain = Self { n_nodes: nodes.len(), points, mean_gradient: None };
+        Ok((plain.with_mean_dilatation(), nodes))
+    }
+
+    fn with_mean_dilatation(mut self) -> Self {
+        let volume = self.volume();
+        let mean = |i: usize| self.points.iter().map(|p| p.gradient[i] * p.volume).sum::<Vec3>() / volume;
+        self.mean_gradient = Some((0..self.n_nodes).map(mean).collect());
+        self
+    }
+
+    /// Whether its points share one dilatation.
+    pub(super) fn shares_dilatation(&self) -> bool {
+        self.mean_gradient.is_some()
     }
 
     /// The same element without the mean dilatation, which locks near incompressibility.
@@ -111,8 +164,7 @@ impl Element {
         let mut k = vec![Matrix3::zeros(); n * n];
         for (q, point) in self.points.iter().enumerate() {
             let c = law(q) * point.volume;
-            let strains: [NodeStrain; MAX_NODES] =
-                std::array::from_fn(|i| if i < n { self.node_strain(q, i) } else { NodeStrain::zeros() });
+            let strains: Vec<NodeStrain> = (0..n).map(|i| self.node_strain(q, i)).collect();
             for j in 0..n {
                 let stress = c * strains[j];
                 for i in j..n {

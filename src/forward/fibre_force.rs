@@ -15,19 +15,13 @@ use crate::units::Vec3;
 /// Segments of zero length carry nothing.
 pub fn fibre_forces(fibre: &Fibre, tension_n: f64, insertion_mm: f64) -> Vec<Vec3> {
     let n = fibre.points.len();
-    let n_segments = if fibre.closed { n } else { n.saturating_sub(1) };
-    let segment = |i: usize| fibre.points[(i + 1) % n] - fibre.points[i];
-    let mut remaining: f64 = (0..n_segments).map(|i| segment(i).norm()).sum();
-    let ramp = if fibre.closed { 0. } else { insertion_mm.min(remaining) };
     let mut forces = vec![Vec3::zeros(); n];
-    for i in 0..n_segments {
-        let d = segment(i);
+    for (i, share) in fibre.tension_shares(insertion_mm).into_iter().enumerate() {
+        let d = fibre.points[(i + 1) % n] - fibre.points[i];
         let length = d.norm();
         if length == 0. {
             continue;
         }
-        let share = if ramp > 0. { ((remaining - 0.5 * length) / ramp).min(1.) } else { 1. };
-        remaining -= length;
         let pull = d * (tension_n * share / length);
         forces[i] += pull;
         forces[(i + 1) % n] -= pull;

@@ -11,6 +11,7 @@ pub mod elasticity;
 mod element;
 mod error;
 mod fibre_force;
+pub mod finite;
 mod fixed_stiffness;
 mod gram;
 mod model;

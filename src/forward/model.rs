@@ -177,7 +177,7 @@ impl Model {
 }
 
 /// Marks the dofs of the nodes that are fixed to bone, and of nodes without a cell.
-fn fixed_dofs(face: &Face) -> Vec<bool> {
+pub(super) fn fixed_dofs(face: &Face) -> Vec<bool> {
     let mut used = vec![false; face.mesh.n_nodes()];
     for cell in &face.mesh.cells {
         for &node in cell.nodes() {

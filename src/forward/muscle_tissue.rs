@@ -5,11 +5,26 @@ use std::collections::HashMap;
 use crate::face::{Fibre, Muscle};
 use crate::units::Vec3;
 
-/// The muscle at a material point: its number and the unit direction of its fibres.
-pub(crate) type MuscleAt = Option<(usize, Vec3)>;
+/// Distances, as shares of a radius, that rounding makes differ: of fibres so equally near the first one counts, on
+/// either side of a symmetric face.
+const TIE: f64 = 1e-9;
+
+/// The muscle at a material point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct InMuscle {
+    /// Its number.
+    pub(crate) muscle: usize,
+    /// Unit direction of its nearest fibre at the nearest point.
+    pub(crate) direction: Vec3,
+    /// Share of the muscle's tension that this fibre carries there: less than 1 along the insertion.
+    pub(crate) share: f64,
+}
+
+/// What each point belongs to; `None` is passive tissue.
+pub(crate) type MuscleAt = Option<InMuscle>;
 
 /// For each point the muscle that it belongs to: the one whose nearest fibre is closest in units of
-/// the muscle's radius, if that is at most 1; the direction is that of the fibre at its nearest point.
+/// the muscle's radius, if that is at most 1.
 pub(crate) fn muscle_at(points: &[Vec3], muscles: &[Muscle]) -> Vec<MuscleAt> {
     let cell = muscles.iter().map(|m| m.radius_mm).fold(1e-3, f64::max);
     let key = |p: &Vec3| (p / cell).map(|x| x.floor() as i64);
@@ -23,6 +38,7 @@ pub(crate) fn muscle_at(points: &[Vec3], muscles: &[Muscle]) -> Vec<MuscleAt> {
         for fibre in &muscle.fibres {
             let n = fibre.points.len();
             let tangents = tangents(fibre);
+            let shares = fibre.tension_shares(muscle.insertion_mm);
             for i in 0..if fibre.closed { n } else { n.saturating_sub(1) } {
                 let (a, b) = (fibre.points[i], fibre.points[(i + 1) % n]);
                 if a == b {
@@ -39,11 +55,12 @@ pub(crate) fn muscle_at(points: &[Vec3], muscles: &[Muscle]) -> Vec<MuscleAt> {
                                 let distance = distance / muscle.radius_mm;
                                 let direction = (1. - t) * ends[0] + t * ends[1];
                                 if distance <= 1.
-                                    && distance < nearest[p]
+                                    && distance < nearest[p] - TIE
                                     && let Some(direction) = direction.try_normalize(0.)
                                 {
                                     nearest[p] = distance;
-                                    found[p] = Some((index, direction));
+                                    let share = shares[i];
+                                    found[p] = Some(InMuscle { muscle: index, direction, share });
                                 }
                             }
                         }

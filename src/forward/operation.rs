@@ -8,7 +8,7 @@ use crate::face::{
     PreparedPlan, SurgicalPlan,
 };
 use crate::mesh::{Locator, Quality, Site};
-use crate::units::Vec3;
+use crate::units::{Vec3, counted};
 
 /// Why a plan cannot be carried out.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -25,8 +25,8 @@ pub enum OperationError {
     Contact(#[from] ContactError),
     /// The motion turns elements inside out.
     #[error(
-        "{cells} cells would be turned inside out, cell {cell} at ({:.0}, {:.0}, {:.0}) mm first: more than the mesh can \
-         follow; move the bones less, or cut where more tissue can stretch", at.x, at.y, at.z
+        "{} would be turned inside out, cell {cell} at ({:.0}, {:.0}, {:.0}) mm first: more than the mesh can \
+         follow; move the bones less, or cut where more tissue can stretch", counted(*cells, "cell"), at.x, at.y, at.z
     )]
     Inverted {
         /// How many.

@@ -5,12 +5,11 @@ use std::ops::Range;
 use nalgebra::Matrix3;
 
 use super::ElementStiffness;
-use crate::mesh::Cell;
 
 /// Lower triangle of a symmetric matrix of 3 x 3 node blocks, stored column by column.
 ///
 /// Column `3j + c` holds rows `3j + c ..= 3j + 2` and then the three rows of each later node that
-/// shares a cell with `j`, ascending: positions are found from the node graph alone.
+/// shares an element with `j`, ascending: positions are found from the node graph alone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
     /// Start of each node's neighbours in `neighbours`.
@@ -22,12 +21,12 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// The pattern of `n_nodes` nodes joined by `cells`.
-    pub fn new(n_nodes: usize, cells: &[Cell]) -> Self {
+    /// The pattern of `n_nodes` nodes joined by elements, each given by its nodes (0-based).
+    pub fn new<'a>(n_nodes: usize, elements: impl IntoIterator<Item = &'a [usize]>) -> Self {
         let mut later = vec![Vec::new(); n_nodes];
-        for cell in cells {
-            for &j in cell.nodes() {
-                later[j].extend(cell.nodes().iter().filter(|&&i| i > j));
+        for nodes in elements {
+            for &j in nodes {
+                later[j].extend(nodes.iter().filter(|&&i| i > j));
             }
         }
         let mut starts = Vec::with_capacity(n_nodes + 1);
@@ -77,14 +76,19 @@ impl Pattern {
         own.chain(self.later_neighbours(node).iter().flat_map(|&i| 3 * i..3 * i + 3))
     }
 
+    /// Whether nodes `i` and `j` are joined, or the same.
+    pub(super) fn joins(&self, i: usize, j: usize) -> bool {
+        i == j || self.later_neighbours(i.min(j)).binary_search(&i.max(j)).is_ok()
+    }
+
     /// Position in the values of the first entry of block `(i, j)`, `i > j`, in column `3j + axis`.
     fn block(&self, i: usize, j: usize, axis: usize) -> usize {
         let k = self.later_neighbours(j).partition_point(|&other| other < i);
         self.columns[3 * j + axis] + 3 - axis + 3 * k
     }
 
-    /// Calls `add(position, value)` for every entry of an element stiffness in the lower triangle.
-    fn scatter(&self, nodes: &[usize], k: &ElementStiffness, mut add: impl FnMut(usize, f64)) {
+    /// Calls `add(position, value)` for every entry in the lower triangle of an element's blocks `(i, j)` at `i n + j`.
+    pub(super) fn scatter(&self, nodes: &[usize], k: &[Matrix3<f64>], mut add: impl FnMut(usize, f64)) {
         let n = nodes.len();
         for (b, &j) in nodes.iter().enumerate() {
             for (a, &i) in nodes.iter().enumerate() {
@@ -104,6 +108,16 @@ impl Pattern {
                     }
                 }
             }
+        }
+    }
+
+    /// Adds the block of nodes `i` and `j`, and its mirror image.
+    pub(super) fn add_block(&self, i: usize, j: usize, block: &Matrix3<f64>, values: &mut [f64]) {
+        if i == j {
+            self.scatter(&[i], &[*block], |at, value| values[at] += value);
+        } else {
+            let (none, turned) = (Matrix3::zeros(), block.transpose());
+            self.scatter(&[i, j], &[none, *block, turned, none], |at, value| values[at] += value);
         }
     }
 
@@ -137,9 +151,10 @@ pub struct Stiffness {
 }
 
 impl Stiffness {
-    /// The zero matrix for `n_nodes` nodes joined by `cells`, with `n_parts` muscle parts.
-    pub fn new(n_nodes: usize, cells: &[Cell], n_parts: usize) -> Self {
-        let pattern = Pattern::new(n_nodes, cells);
+    /// The zero matrix for `n_nodes` nodes joined by elements, each given by its nodes (0-based), with `n_parts` muscle
+    /// parts.
+    pub fn new<'a>(n_nodes: usize, elements: impl IntoIterator<Item = &'a [usize]>, n_parts: usize) -> Self {
+        let pattern = Pattern::new(n_nodes, elements);
         let base = vec![0.; pattern.n_values()];
         Self { pattern, base, parts: vec![Vec::new(); n_parts] }
     }

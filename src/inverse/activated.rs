@@ -95,7 +95,7 @@ impl<'a> ActivatedProblem<'a> {
             opened = next;
             solution = self.linearised(&self.uniform(share, opened))?.solve(self.mode)?;
         }
-        if solution.status == Status::Solved {
+        if solution.status.is_optimum() {
             solution.status = Status::NotConverged;
         }
         Ok(solution)

@@ -22,7 +22,7 @@ impl Target {
                 return Err(TargetError::SamePoint { field });
             }
         }
-        if !(self.effort.is_finite() && self.effort >= 0.0) {
+        if !(0.0..=Self::MOST_EFFORT).contains(&self.effort) {
             return Err(TargetError::Effort { field: "effort".into(), value: self.effort });
         }
         self.check_bounds(muscles)?;
@@ -152,12 +152,8 @@ pub(super) fn muscle_index(
 }
 
 fn sigma(field: String, value: f64) -> Result<(), TargetError> {
-    // The inverse is the weight: it must be finite too.
-    if value > 0.0 && value.is_finite() && (1.0 / value).is_finite() {
-        Ok(())
-    } else {
-        Err(TargetError::Sigma { field, value })
-    }
+    let [least, most] = Target::SIGMA_MM;
+    if (least..=most).contains(&value) { Ok(()) } else { Err(TargetError::Sigma { field, value }) }
 }
 
 fn unique<'a>(list: &str, names: impl Iterator<Item = &'a str>) -> Result<(), TargetError> {

@@ -176,7 +176,7 @@ impl<'a> ContactFit<'a> {
         let own = |x: &[f64]| x[..m].to_vec();
         let mut fitted = self.settle(start.to_vec(), None, own, fit)?;
         let old = &fitted.solution;
-        if old.status != Status::Solved || fitted.overlap_mm.is_some_and(|mm| mm > BEARABLE_MM) {
+        if !old.status.is_optimum() || fitted.overlap_mm.is_some_and(|mm| mm > BEARABLE_MM) {
             return Ok(fitted);
         }
         let (objective, answer) = (old.objective, self.on(self.model).start(old).as_slice().to_vec());
@@ -195,7 +195,7 @@ impl<'a> ContactFit<'a> {
                 return Ok(fitted);
             };
             fitted.history.extend(second.history);
-            let is_told = second.solution.status == Status::Solved
+            let is_told = second.solution.status.is_optimum()
                 && is_other(self.on(&model).start(&second.solution).as_slice());
             fitted.others.extend(is_told.then_some(second.solution));
             return Ok(fitted);
@@ -203,12 +203,12 @@ impl<'a> ContactFit<'a> {
         let stiff = self.on(&model).model_at(&second.unknowns[..m], &second.unknowns)?;
         let place = stiff.displacement(&second.unknowns[..m], second.forces.as_slice());
         let better = self.settle(second.unknowns, Some(place), own, fit)?;
-        let is_better = better.solution.status == Status::Solved && better.solution.objective < objective;
+        let is_better = better.solution.status.is_optimum() && better.solution.objective < objective;
         let (mut best, other) = if is_better { (better, fitted) } else { (fitted, better) };
         best.linearisations += other.linearisations;
         best.history.extend(other.history);
         let apart = largest_change(&best.solution.activations.values, &other.solution.activations.values);
-        let is_told = other.solution.status == Status::Solved && apart > 2. * ROUGHEST[1];
+        let is_told = other.solution.status.is_optimum() && apart > 2. * ROUGHEST[1];
         best.others.extend(is_told.then_some(other.solution));
         Ok(best)
     }
@@ -276,7 +276,7 @@ impl<'a> ContactFit<'a> {
             if let Some(mut solution) = found.solution.filter(|_| is_last || stands || has_failed) {
                 if self.is_linearised() && !stands && !has_failed {
                     solution.warnings.push(Warning::Unsettled { overlap_mm: overlap });
-                    if overlap > BEARABLE_MM && solution.status == Status::Solved {
+                    if overlap > BEARABLE_MM && solution.status.is_optimum() {
                         solution.status = Status::NotConverged;
                     }
                 }

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use nalgebra::DMatrix;
+
 use super::limit::Limit;
 use super::piece::{Outcome, Piece};
 use super::problem::{MarkerAim, Problem};
@@ -25,6 +27,7 @@ const NAMED: usize = 3;
 pub(super) fn before(problem: &Problem) -> Vec<Warning> {
     let mut warnings: Vec<Warning> = problem.markers.iter().filter_map(exact_zero).collect();
     warnings.extend(swapped(problem));
+    warnings.extend(immovable(problem));
     warnings.extend(influence(problem));
     warnings.extend(underdetermined(problem));
     warnings
@@ -33,6 +36,16 @@ pub(super) fn before(problem: &Problem) -> Vec<Warning> {
 fn exact_zero(marker: &MarkerAim) -> Option<Warning> {
     let (Goal::Displacement(given) | Goal::Position(given)) = marker.goal;
     (given == [Some(0.0); 3]).then(|| Warning::ExactZero { marker: marker.name.clone() })
+}
+
+/// Observed markers that no unknown moves.
+fn immovable(problem: &Problem) -> Vec<Warning> {
+    let moves = |point: usize| problem.space.observed.rows(3 * point, 3).norm();
+    let observed = problem.markers.iter().filter(|marker| marker.target_mm.iter().any(Option::is_some));
+    let farthest = observed.clone().map(|marker| moves(marker.point)).fold(0.0, f64::max);
+    let is_still = |point: usize| farthest > 0.0 && moves(point) <= NEGLIGIBLE * farthest;
+    let still = observed.filter(|marker| is_still(marker.point));
+    still.map(|marker| Warning::Immovable { marker: marker.name.clone() }).collect()
 }
 
 /// Muscles without influence on any residual, and pairs with the same.
@@ -77,15 +90,36 @@ fn is_free(problem: &Problem, j: usize, k: usize) -> bool {
     !fixed(j) && !fixed(k) && !problem.tied.pairs.iter().any(|pair| *pair == [j, k] || *pair == [k, j])
 }
 
+/// Whether the terms leave a direction of the free unknowns open: the rank of their residuals at rest, without
+/// contact, against the number of unknowns that are neither fixed nor tied to another. An effort has full rank.
 fn underdetermined(problem: &Problem) -> Option<Warning> {
-    if problem.effort > 0.0 {
-        return None;
+    let n = problem.n_unknowns();
+    // Each unknown goes with the first of those that it is tied to.
+    let mut leader: Vec<usize> = (0..n).collect();
+    for &[a, b] in &problem.tied.pairs {
+        let (from, to) = (leader[a].max(leader[b]), leader[a].min(leader[b]));
+        leader.iter_mut().filter(|k| **k == from).for_each(|k| *k = to);
     }
-    let markers = problem.markers.iter().flat_map(|marker| marker.target_mm).flatten().count();
-    let components = markers + problem.features.len() + 3 * problem.n_pairs;
-    let fixed = problem.bounds.min.iter().zip(problem.bounds.max.iter()).filter(|(lo, hi)| lo == hi).count();
-    let muscles = (problem.n_unknowns() - fixed).saturating_sub(problem.tied.pairs.len());
+    let is_fixed = |k: usize| problem.bounds.min[k] == problem.bounds.max[k];
+    let free: Vec<usize> = (0..n).filter(|&k| leader[k] == k && !is_fixed(k)).collect();
+    let terms = problem.linearise(&problem.rest()).residuals(&problem.space).matrix;
+    let mut columns = DMatrix::zeros(terms.nrows(), free.len());
+    for (column, leads) in free.iter().enumerate() {
+        for k in (0..n).filter(|k| leader[*k] == *leads) {
+            columns.column_mut(column).axpy(1., &terms.column(k), 1.);
+        }
+    }
+    let (components, muscles) = (rank(&columns), free.len());
     (components < muscles).then_some(Warning::Underdetermined { components, muscles })
+}
+
+/// Singular values above a negligible share of the largest.
+fn rank(matrix: &DMatrix<f64>) -> usize {
+    if matrix.is_empty() || !matrix.iter().all(|x| x.is_finite()) {
+        return 0;
+    }
+    let values = matrix.singular_values();
+    values.iter().filter(|s| **s > NEGLIGIBLE * values.amax()).count()
 }
 
 /// The label on the other side, for a name that has a side.

@@ -15,6 +15,7 @@ use super::target::{FeatureGoal, Goal, JawOpening, Target};
 use super::term::{State, Term};
 use super::terms::{Component, Distance, Effort, MarkerDisplacement, MarkerPosition, MirroredPoints};
 use crate::face::JawRange;
+use crate::forward::finite::FiniteError;
 use crate::forward::{ContactError, ContactResponse, ForwardError, Response};
 use crate::qp::ProblemError;
 use crate::units::Vec3;
@@ -37,7 +38,10 @@ pub enum ContactMode {
 #[non_exhaustive]
 pub enum InverseError {
     /// The response makes no quadratic program.
-    #[error("the response makes no quadratic program: {0}")]
+    #[error(
+        "the response makes no quadratic program: {0}; a `max_force_n`, a modulus, a `sigma_mm` or the `effort` is too \
+         large or too small to be computed with"
+    )]
     Program(#[from] ProblemError),
     /// The target does not fit the response.
     #[error(transparent)]
@@ -51,6 +55,9 @@ pub enum InverseError {
     /// No contact forces hold the face at some activation.
     #[error(transparent)]
     Contact(#[from] ContactError),
+    /// The face does not come to rest at finite strain.
+    #[error(transparent)]
+    Finite(#[from] FiniteError),
 }
 
 /// A marker as reported.
@@ -90,8 +97,6 @@ pub struct Problem {
     pub(super) tied: TiedPairs,
     pub(super) markers: Vec<MarkerAim>,
     pub(super) features: Vec<FeatureAim>,
-    pub(super) n_pairs: usize,
-    pub(super) effort: f64,
 }
 
 impl Problem {
@@ -117,8 +122,6 @@ impl Problem {
             tied: TiedPairs::default(),
             markers: Vec::new(),
             features: Vec::new(),
-            n_pairs: target.symmetry.len(),
-            effort: target.effort,
         };
         problem.add_markers(target, observations);
         problem.add_features(target, observations)?;

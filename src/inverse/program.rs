@@ -62,6 +62,11 @@ impl Linearisation {
         Self { rows: terms.into_iter().flat_map(|term| term.rows(state)).collect(), state: state.clone() }
     }
 
+    /// `rows`, taken about `state`.
+    pub(super) fn of_rows(rows: Vec<Row>, state: &State) -> Self {
+        Self { rows, state: state.clone() }
+    }
+
     /// The residuals over the unknowns of `space`.
     pub fn residuals(&self, space: &Space) -> Residuals {
         let n = space.n_unknowns();
@@ -110,9 +115,14 @@ impl Linearisation {
 }
 
 impl Residuals {
+    /// `r(x)`.
+    pub fn at(&self, x: &DVector<f64>) -> DVector<f64> {
+        &self.matrix * x + &self.value
+    }
+
     /// `1/2 |r(x)|^2`.
     pub fn objective(&self, x: &DVector<f64>) -> f64 {
-        0.5 * (&self.matrix * x + &self.value).norm_squared()
+        0.5 * self.at(x).norm_squared()
     }
 }
 

@@ -12,6 +12,7 @@ use super::solution::{
 };
 use super::target::JawOpening;
 use super::term::{State, objective};
+use super::warning::Warning;
 use crate::contact::PairKind;
 use crate::forward::ContactResponse;
 use crate::qp::{Certificate, Point};
@@ -87,6 +88,8 @@ pub(super) fn solution(
         contact.relaxation_end = Some(bound.end);
     }
     let mut warnings = detect::before(problem);
+    let is_open = warnings.iter().any(|w| matches!(w, Warning::Underdetermined { .. }));
+    let status = if is_open && status == Status::Solved { Status::Underdetermined } else { status };
     warnings.extend(detect::unreachable(problem, &markers, &active_limits));
     let (names, m) = (problem.muscles.clone(), problem.n_muscles());
     let values = state.activation.iter().take(m).copied().collect();

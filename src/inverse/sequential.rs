@@ -319,12 +319,12 @@ impl ActivatedSolution {
         }
         // Stable: of equal answers the earlier start's.
         found.sort_by(|a, b| {
-            let unsolved = |s: &Self| s.solution.status != Status::Solved;
+            let unsolved = |s: &Self| !s.solution.status.is_optimum();
             unsolved(a).cmp(&unsolved(b)).then(a.solution.objective.total_cmp(&b.solution.objective))
         });
         let mut found = found.into_iter();
         let mut best = found.next().ok_or(InverseError::NoStart)?;
-        best.others = found.map(|f| f.solution).filter(|s| s.status == Status::Solved).collect();
+        best.others = found.map(|f| f.solution).filter(|s| s.status.is_optimum()).collect();
         Ok(best)
     }
 }

@@ -18,7 +18,10 @@ pub enum Status {
     Infeasible,
     /// The solver stopped short of the tolerance.
     NotConverged,
-    /// Nothing to fit: every marker is missing and there is no feature.
+    /// The certificate passes, but other activations fit as well: the observations have a lower rank than there are
+    /// unknowns, and no effort decides between them. The answer is one of many.
+    Underdetermined,
+    /// Nothing to fit: no marker has an observed component and there is no feature.
     NoData,
 }
 
@@ -29,14 +32,20 @@ impl Status {
             Self::Solved => "solved",
             Self::Infeasible => "infeasible",
             Self::NotConverged => "not_converged",
+            Self::Underdetermined => "underdetermined",
             Self::NoData => "no_data",
         }
+    }
+
+    /// Whether no activations fit better than those of the answer, be it the only one or one of many.
+    pub fn is_optimum(self) -> bool {
+        matches!(self, Self::Solved | Self::Underdetermined)
     }
 }
 
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.word())
+        f.write_str(&self.word().replace('_', " "))
     }
 }
 

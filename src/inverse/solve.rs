@@ -45,8 +45,8 @@ impl Problem {
     /// [`InverseError`] when the response is malformed. Limits that contradict each other, missing
     /// data and a solver that stops short are no errors: see [`Status`].
     pub fn solve(&self, mode: ContactMode) -> Result<Solution, InverseError> {
-        if !self.markers.is_empty()
-            && self.features.is_empty()
+        // Symmetry and effort say how, not what.
+        if self.features.is_empty()
             && self.markers.iter().all(|marker| marker.target_mm.iter().all(Option::is_none))
         {
             return Ok(report::empty(self, Status::NoData));

@@ -122,6 +122,14 @@ pub enum JawOpening {
     Within(JawRange),
 }
 
+impl Target {
+    /// Standard deviations that are accepted, mm: from a tenth of a micrometre, which nobody measures on skin, to what
+    /// observes nothing. Weights beyond leave the range of numbers.
+    pub const SIGMA_MM: [f64; 2] = [1e-4, 1e4];
+    /// Greatest weight of the effort.
+    pub const MOST_EFFORT: f64 = 1e9;
+}
+
 impl JawOpening {
     /// Path of the field, and its name in answers.
     pub const FIELD: &str = "jaw_opening_mm";

@@ -32,11 +32,16 @@ pub enum Warning {
         /// The other.
         other: String,
     },
-    /// Fewer observed components than free muscles, and no effort to decide.
+    /// A marker that no activation moves, such as one on bone.
+    Immovable {
+        /// The marker.
+        marker: String,
+    },
+    /// Fewer independent observed components than free unknowns, and no effort to decide.
     Underdetermined {
-        /// Observed components.
+        /// Rank of the residuals over the free unknowns.
         components: usize,
-        /// Muscles that are not fixed.
+        /// Muscles, and the opening of the jaw, that are neither fixed nor tied to another.
         muscles: usize,
     },
     /// The limits keep a marker more than three standard deviations away.
@@ -53,9 +58,22 @@ pub enum Warning {
         /// Deepest overlap beyond that at rest, mm.
         overlap_mm: f64,
     },
+    /// The face does not come to the same place when it is loaded from rest.
+    Path {
+        /// How far the two places are apart, mm, where most.
+        apart_mm: f64,
+    },
 }
 
 impl Warning {
+    /// What contacts that did not settle leave, in words: the overlap where there is one to be seen.
+    pub fn left_by(overlap_mm: f64) -> String {
+        if overlap_mm < 5e-4 {
+            return "nothing overlaps, but they still change from one linearisation to the next".to_owned();
+        }
+        format!("tissue overlaps teeth or the other lip by {overlap_mm:.3} mm more than at rest")
+    }
+
     /// What to do about it.
     pub fn remedy(&self) -> &'static str {
         match self {
@@ -69,9 +87,13 @@ impl Warning {
             Self::Indistinguishable { .. } => {
                 "only their sum is determined: tie them, fix one, or add an effort"
             }
+            Self::Immovable { .. } => "put it on the skin, or leave it out: it lies on bone",
             Self::Underdetermined { .. } => "observe more points, fix muscles, or add an effort",
             Self::Unsettled { .. } => {
                 "ask for less movement, bound the muscles that press there, or refine the mesh about them"
+            }
+            Self::Path { .. } => {
+                "the state depends on how the muscles came to act: read the answer as one of several, or ask for less"
             }
             Self::Unreachable { .. } => "widen the limits, raise max_force_n, or check the target's scale",
         }
@@ -94,13 +116,19 @@ impl fmt::Display for Warning {
             Self::Indistinguishable { muscle, other } => {
                 write!(f, "{muscle} and {other} move the observed points alike")
             }
+            Self::Immovable { marker } => write!(f, "no activation moves marker {marker}"),
             Self::Underdetermined { components, muscles } => {
-                write!(f, "{components} observed components cannot determine {muscles} muscles")
+                write!(
+                    f,
+                    "{components} independent observed components cannot determine {muscles} activations: others fit as well"
+                )
             }
-            Self::Unsettled { overlap_mm } => write!(
+            Self::Unsettled { overlap_mm } => {
+                write!(f, "the contacts did not settle on the deformed face: {}", Self::left_by(*overlap_mm))
+            }
+            Self::Path { apart_mm } => write!(
                 f,
-                "the contacts did not settle on the deformed face: it overlaps teeth or the other lip by {overlap_mm:.3} \
-                 mm more than at rest"
+                "loaded from rest the face comes to another place under these activations, {apart_mm:.3} mm off"
             ),
             Self::Unreachable { marker, residual_mm, limits } => {
                 write!(f, "marker {marker} stays {residual_mm:.3} mm away, held by {}", limits.join(", "))

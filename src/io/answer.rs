@@ -1,13 +1,12 @@
 //! The folder that an answer was written to, read back.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::{MeshFileError, text, vtu};
+use super::{MeshFileError, WriteError, input, settle_folder, sha256, text, vtk};
 
 /// What a picture needs of an answer: the face that it moves, by how much, and by which muscles.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +21,8 @@ pub struct AnswerFiles {
     pub displacement: Vec<f64>,
     /// The file that holds the displacement.
     pub vtu: PathBuf,
+    /// The face that was written with the answer, as surgery does.
+    pub operated: Option<PathBuf>,
 }
 
 /// A folder that holds no answer to draw.
@@ -39,6 +40,15 @@ pub enum AnswerFileError {
         /// Why not.
         reason: std::io::Error,
     },
+    /// A file of another run, or one that was changed since.
+    #[error("{}: is not the file that was written with solution.json; compute the answer again, or put its own files back", .0.display())]
+    Foreign(PathBuf),
+    /// An answer that moves nothing.
+    #[error("{}: the answer has no displacement, so that there is nothing to draw", .0.display())]
+    NoDisplacement(PathBuf),
+    /// The files that a process which ended had written cannot be put in place.
+    #[error(transparent)]
+    Unsettled(#[from] WriteError),
     /// A `solution.json` without what is needed.
     #[error("{}: {reason}; write it again with fit or forward", path.display())]
     Json {
@@ -57,9 +67,11 @@ struct Head {
     face: String,
     activations: BTreeMap<String, f64>,
     jaw_opening_mm: Option<f64>,
+    files: BTreeMap<String, String>,
 }
 
-/// The answer in the folder `dir`: `solution.json` and the vectors `displacement` of `face.vtu`.
+/// The answer in the folder `dir`: `solution.json` and the vectors `displacement` of `face.vtu`, which must be the files
+/// that were written together.
 ///
 /// # Errors
 /// [`AnswerFileError`] naming the folder, or the file and the field.
@@ -67,16 +79,27 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
     if !dir.is_dir() {
         return Err(AnswerFileError::NoFolder(dir.to_owned()));
     }
+    settle_folder(dir)?;
     let path = dir.join("solution.json");
-    let json = fs::read(&path).map_err(|reason| AnswerFileError::Missing { path: path.clone(), reason })?;
-    let head: Head =
-        serde_json::from_slice(&json).map_err(|reason| AnswerFileError::Json { path, reason })?;
-    let vtu = dir.join("face.vtu");
-    if !vtu.is_file() {
-        let reason = std::io::ErrorKind::NotFound.into();
-        return Err(AnswerFileError::Missing { path: vtu, reason });
+    let json = read(&path, input::TEXT_BYTES)?;
+    let head = serde_json::from_slice(&json)
+        .map_err(|reason| AnswerFileError::Json { path: path.clone(), reason })?;
+    let Head { face, activations, jaw_opening_mm, files } = head;
+    for (name, sha) in &files {
+        let file = dir.join(name);
+        if sha256(&read(&file, input::MESH_BYTES)?) != *sha {
+            return Err(AnswerFileError::Foreign(file));
+        }
     }
-    let displacement = vtu::point_vectors(&vtu, &text::read_bytes(&vtu)?, "displacement")?;
-    let Head { face, activations, jaw_opening_mm } = head;
-    Ok(AnswerFiles { face, activations, jaw_opening_mm, displacement, vtu })
+    let vtu = dir.join("face.vtu");
+    if !files.contains_key("face.vtu") {
+        return Err(AnswerFileError::NoDisplacement(path));
+    }
+    let displacement = vtk::point_vectors(&vtu, &text::read_bytes(&vtu)?, "displacement")?;
+    let operated = files.contains_key("face.toml").then(|| dir.join("face.toml"));
+    Ok(AnswerFiles { face, activations, jaw_opening_mm, displacement, vtu, operated })
+}
+
+fn read(path: &Path, most: u64) -> Result<Vec<u8>, AnswerFileError> {
+    input::read(path, most).map_err(|reason| AnswerFileError::Missing { path: path.to_owned(), reason })
 }

@@ -44,6 +44,21 @@ impl Location {
     }
 }
 
+impl Location {
+    /// `place: told`; the field stands once, where `told` names it itself.
+    pub(super) fn before(&self, told: &impl fmt::Display) -> String {
+        let told = told.to_string();
+        let is_named = self.field.as_ref().is_some_and(|field| {
+            let key = field.rsplit('.').next().unwrap_or(field);
+            told.starts_with(field)
+                || (key.contains('_') && told.contains(key))
+                || told.contains(&format!("`{key}`"))
+        });
+        let place = if is_named { Self { field: None, ..self.clone() } } else { self.clone() };
+        format!("{place}: {told}")
+    }
+}
+
 impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.file.display())?;
@@ -56,6 +71,24 @@ impl fmt::Display for Location {
         match &self.field {
             Some(field) => write!(f, ": {field}"),
             None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Location;
+
+    #[test]
+    fn a_field_is_named_once() {
+        let at = |field: &str| Location::file("f.toml").at_line(3).in_field(field);
+        for (field, told, expected) in [
+            ("tissue.young_kpa", "tissue.young_kpa is 0 kPa", "f.toml:3: tissue.young_kpa is 0 kPa"),
+            ("muscles[0].radius_mm", "muscle a: radius_mm is 0", "f.toml:3: muscle a: radius_mm is 0"),
+            ("unit", "the field `unit` is missing", "f.toml:3: the field `unit` is missing"),
+            ("skin", "there is no node set `skim`", "f.toml:3: skin: there is no node set `skim`"),
+        ] {
+            assert_eq!(at(field).before(&told), expected);
         }
     }
 }

@@ -9,6 +9,10 @@ use crate::mesh::MeshError;
 /// exceeds and a corrupt one soon does.
 pub const MAX_ID: u64 = i32::MAX as u64;
 
+/// The most members that the sets of a file may have together: what a small file asks for by naming sets
+/// in sets must still fit into memory.
+pub(super) const MAX_MEMBERS: usize = 10_000_000;
+
 /// The elements that all readers take, for messages.
 pub(super) const SUPPORTED: &str = "8-node hexahedra, 6-node wedges, 4-node and 10-node tetrahedra";
 
@@ -90,6 +94,32 @@ pub enum MeshFileErrorKind {
         declared: u64,
         /// The most that the bytes of the file can mean.
         most: u64,
+    },
+    /// More than any mesh of a face has, asked for by a file however small.
+    #[error(
+        "asks for more than {most} {what}; a face needs far fewer: correct the file, or cut it down to the face"
+    )]
+    TooMuch {
+        /// What is counted.
+        what: String,
+        /// The most that is read.
+        most: u64,
+    },
+    /// Content that is of no format.
+    #[error("is no {formats}; check that it is the file that is meant, and export it again")]
+    Unrecognised {
+        /// The formats that it might have had.
+        formats: String,
+    },
+    /// A name that stands for nothing.
+    #[error("there is no {what} `{name}`; known are: {known}")]
+    Unknown {
+        /// `instance`, ...
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// The names there are.
+        known: String,
     },
     /// A declared count that is not the number of entries.
     #[error("declares {declared} {what} but has {found}; correct the count or restore the entries")]

@@ -2,11 +2,19 @@
 
 mod answer;
 mod atomic;
+mod csv;
 mod face_export;
 mod face_toml;
+mod feb;
+mod file_set;
+mod format;
 mod inp;
+mod input;
+mod input_file;
+mod lines;
 mod location;
 mod map_npz;
+mod mesh_document;
 mod mesh_file;
 mod mesh_file_error;
 mod msh;
@@ -15,34 +23,44 @@ mod nonlinear_json;
 mod numbered;
 mod obj;
 mod plan_toml;
+mod ply;
+mod polygons;
 mod schema;
 mod sha256;
 mod solution_json;
+mod stl;
+mod surface_file;
 mod target_toml;
+mod tetgen;
 mod text;
-mod vtu;
+mod vtk;
+mod write_error;
 
 pub use answer::{AnswerFileError, AnswerFiles, read_answer};
 pub use atomic::write_atomically;
-pub use face_export::{FaceExportError, write_face};
+pub use face_export::{FaceExportError, put_face, write_face};
 pub use face_toml::{
     FaceDocument, FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWarningKind, face_schema,
     read_face,
 };
+pub use file_set::{FileSet, settle_folder};
+pub use input_file::{InputFile, UnreadableText};
 pub use location::Location;
 pub use map_npz::{MapFileError, MapNpz};
-pub use mesh_file::read_mesh;
+pub use mesh_document::{MeshDocument, MeshFileWarning, NoSet};
+pub use mesh_file::{parse_mesh, read_mesh, read_mesh_document};
 pub use mesh_file_error::{MAX_ID, MeshFileError, MeshFileErrorKind};
 pub use nearest::nearest;
 pub use nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
-pub use obj::read_obj;
 pub use plan_toml::{PlanDocument, PlanFileError, parse_plan, plan_schema, read_plan};
-pub use sha256::{FingerprintError, sha256, sha256_of_file};
+pub use sha256::sha256;
 pub use solution_json::{
     CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, MarkerJson, RelaxationEndWord,
     ResidualJson, SolutionJson, StatusWord, solution_schema,
 };
+pub use surface_file::{parse_surface, read_surface};
 pub use target_toml::{
     FieldLines, TargetDocument, TargetFileError, TargetWarning, parse_target, read_target, target_schema,
 };
-pub use vtu::{VtuData, write_vtu};
+pub use vtk::{VtuData, vtu_text, write_vtu};
+pub use write_error::{WriteError, WriteErrorKind};

@@ -8,7 +8,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     known
         .into_iter()
         .map(|k| (slip(k), k))
-        .filter(|&(d, _)| d <= limit)
+        .filter(|&(d, k)| d <= limit && !k.is_empty() && !name.is_empty())
         .min_by_key(|&(d, _)| d)
         .map(|(_, k)| k)
 }

@@ -42,6 +42,10 @@ pub struct LinearJson {
     /// Root mean square, over the observed points, of the difference between where the linear answer
     /// expected them and where its activations lead, mm.
     pub markers_off_mm: f64,
+    /// Root mean square of its own residuals over the markers, mm.
+    pub residual_rms_mm: f64,
+    /// Activation of each muscle that it found, 0 to 1.
+    pub activations: std::collections::BTreeMap<String, f64>,
 }
 
 /// Another local solution that another start led to.
@@ -89,6 +93,12 @@ pub struct DeformationJson {
     pub inverted_cells: usize,
     /// Where most, at rest, mm; null without such cells.
     pub inverted_at_mm: Option<[f64; 3]>,
+    /// Least share of its volume to which a point of the tissue is squeezed.
+    pub volume_ratio: f64,
+    /// Largest principal stretch.
+    pub stretch: f64,
+    /// Where, at rest, mm.
+    pub stretch_at_mm: [f64; 3],
 }
 
 impl From<&Deformation> for DeformationJson {
@@ -101,6 +111,9 @@ impl From<&Deformation> for DeformationJson {
             beyond_share: deformation.beyond_share,
             inverted_cells: deformation.inverted_cells,
             inverted_at_mm: (deformation.inverted_cells > 0).then(|| deformation.inverted_at.into()),
+            volume_ratio: deformation.volume_ratio,
+            stretch: deformation.stretch,
+            stretch_at_mm: deformation.stretch_at.into(),
         }
     }
 }

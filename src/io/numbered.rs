@@ -1,10 +1,12 @@
 //! A mesh under construction from a file that numbers its nodes and elements.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use super::Location;
-use super::mesh_file_error::{MeshFileError, MeshFileErrorKind};
+use super::mesh_document::{Corners, MeshDocument};
+use super::mesh_file_error::{MAX_MEMBERS, MeshFileError, MeshFileErrorKind};
+use super::text::shown;
 use crate::mesh::{Cell, CellKind, MAX_NODES, Mesh};
 use crate::units::Vec3;
 
@@ -44,6 +46,10 @@ pub(super) struct NumberedMesh<'a> {
     element_of: HashMap<u64, Option<usize>>,
     node_sets: BTreeMap<String, Vec<(u64, Place)>>,
     element_sets: BTreeMap<String, Vec<(u64, Place)>>,
+    /// How many members sets may still get.
+    left: usize,
+    /// Kind, number and the nodes between the corners of quadratic elements that become linear.
+    quadratic: Vec<(&'static str, u64, Vec<u64>)>,
 }
 
 impl<'a> NumberedMesh<'a> {
@@ -57,11 +63,22 @@ impl<'a> NumberedMesh<'a> {
             element_of: HashMap::new(),
             node_sets: BTreeMap::new(),
             element_sets: BTreeMap::new(),
+            left: MAX_MEMBERS,
+            quadratic: Vec::new(),
         }
     }
 
     fn fail<T>(&self, place: Place, field: &str, kind: MeshFileErrorKind) -> Result<T> {
         Err(MeshFileError::new(place.of(self.file).in_field(field), kind))
+    }
+
+    /// From here on places are those of `file`.
+    pub(super) fn set_file(&mut self, file: &'a Path) {
+        self.file = file;
+    }
+
+    pub(super) fn has_node(&self, id: u64) -> bool {
+        self.node_of.contains_key(&id)
     }
 
     pub(super) fn n_nodes(&self) -> usize {
@@ -81,13 +98,25 @@ impl<'a> NumberedMesh<'a> {
         Ok(())
     }
 
-    /// Adds a volume element, `nodes` in the order of `kind`.
+    /// Adds a volume element, `nodes` in the order of `kind`; those past its own lie between the corners of a
+    /// quadratic element that the file calls `name`, and are left out.
     ///
     /// # Panics
-    /// If there are more nodes than any kind has.
-    pub(super) fn element(&mut self, id: u64, kind: CellKind, nodes: &[u64], place: Place) -> Result<()> {
+    /// If there are fewer nodes than `kind` has.
+    pub(super) fn element(
+        &mut self,
+        id: u64,
+        kind: CellKind,
+        name: &'static str,
+        nodes: &[u64],
+        place: Place,
+    ) -> Result<()> {
+        let (own, between) = nodes.split_at(kind.n_nodes());
         let mut all = [0; MAX_NODES];
-        all[..nodes.len()].copy_from_slice(nodes);
+        all[..own.len()].copy_from_slice(own);
+        if !between.is_empty() {
+            self.quadratic.push((name, id, between.to_vec()));
+        }
         self.number(id, Some(self.elements.len()), place)?;
         self.elements.push(Element { place, id, kind, nodes: all });
         Ok(())
@@ -98,6 +127,11 @@ impl<'a> NumberedMesh<'a> {
         self.number(id, None, place)
     }
 
+    /// Whether `id` is the number of a point, line or face.
+    pub(super) fn is_lower(&self, id: u64) -> bool {
+        self.element_of.get(&id) == Some(&None)
+    }
+
     fn number(&mut self, id: u64, position: Option<usize>, place: Place) -> Result<()> {
         match self.element_of.insert(id, position) {
             None => Ok(()),
@@ -105,18 +139,32 @@ impl<'a> NumberedMesh<'a> {
         }
     }
 
-    pub(super) fn add_to_node_set(&mut self, name: &str, nodes: &[u64], place: Place) {
-        let set = self.node_sets.entry(name.to_owned()).or_default();
-        set.extend(nodes.iter().map(|&id| (id, place)));
+    pub(super) fn add_to_node_set(&mut self, name: &str, nodes: &[(u64, Place)]) -> Result<()> {
+        self.spend(name, nodes)?;
+        self.node_sets.entry(name.to_owned()).or_default().extend(nodes);
+        Ok(())
     }
 
-    pub(super) fn add_to_element_set(&mut self, name: &str, elements: &[u64], place: Place) {
-        let set = self.element_sets.entry(name.to_owned()).or_default();
-        set.extend(elements.iter().map(|&id| (id, place)));
+    pub(super) fn add_to_element_set(&mut self, name: &str, elements: &[(u64, Place)]) -> Result<()> {
+        self.spend(name, elements)?;
+        self.element_sets.entry(name.to_owned()).or_default().extend(elements);
+        Ok(())
+    }
+
+    fn spend(&mut self, name: &str, members: &[(u64, Place)]) -> Result<()> {
+        match (self.left.checked_sub(members.len()), members.first()) {
+            (Some(left), _) => self.left = left,
+            (None, Some((_, place))) => {
+                let (what, most) = ("members of all sets together".to_owned(), MAX_MEMBERS as u64);
+                return self.fail(*place, &shown(name), MeshFileErrorKind::TooMuch { what, most });
+            }
+            (None, None) => {}
+        }
+        Ok(())
     }
 
     /// The mesh, with every number resolved.
-    pub(super) fn finish(self) -> Result<Mesh> {
+    pub(super) fn finish(self) -> Result<MeshDocument> {
         let mut cells = Vec::with_capacity(self.elements.len());
         for element in &self.elements {
             let mut nodes = [0; MAX_NODES];
@@ -136,8 +184,12 @@ impl<'a> NumberedMesh<'a> {
             let mut nodes = Vec::with_capacity(members.len());
             for (id, place) in members {
                 let Some(&position) = self.node_of.get(id) else {
-                    let (what, id, node) = ("set", name.clone(), id.to_string());
-                    return self.fail(*place, name, MeshFileErrorKind::MissingNode { what, id, node });
+                    let (what, id, node) = ("set", shown(name), id.to_string());
+                    return self.fail(
+                        *place,
+                        &shown(name),
+                        MeshFileErrorKind::MissingNode { what, id, node },
+                    );
                 };
                 nodes.push(position);
             }
@@ -152,8 +204,12 @@ impl<'a> NumberedMesh<'a> {
                     // A set of faces or lines says nothing about cells.
                     Some(None) => {}
                     None => {
-                        let (set, element) = (name.clone(), *element);
-                        return self.fail(*place, name, MeshFileErrorKind::MissingElement { set, element });
+                        let (set, element) = (shown(name), *element);
+                        return self.fail(
+                            *place,
+                            &shown(name),
+                            MeshFileErrorKind::MissingElement { set, element },
+                        );
                     }
                 }
             }
@@ -161,19 +217,26 @@ impl<'a> NumberedMesh<'a> {
                 cell_sets.insert(name.clone(), sorted(set));
             }
         }
-        Ok(Mesh {
+        let mut corners = Corners::default();
+        for (name, id, between) in &self.quadratic {
+            corners.add(name, *id, between.iter().filter_map(|node| self.node_of.get(node).copied()));
+        }
+        let mesh = Mesh {
             points: self.points,
             cells,
             node_ids: self.node_ids,
             cell_ids: self.elements.iter().map(|e| e.id).collect(),
             node_sets,
             cell_sets,
-        })
+        };
+        let mut document = MeshDocument { mesh, ..MeshDocument::default() };
+        corners.finish(&mut document);
+        Ok(document)
     }
 }
 
-fn sorted(members: Vec<usize>) -> Vec<usize> {
-    let mut members: Vec<usize> = members.into_iter().collect::<HashSet<_>>().into_iter().collect();
+fn sorted(mut members: Vec<usize>) -> Vec<usize> {
     members.sort_unstable();
+    members.dedup();
     members
 }

@@ -7,9 +7,10 @@ use serde::Deserialize;
 use thiserror::Error;
 use toml::de::DeTable;
 
+use super::input_file::read_text;
 use super::schema::{pretty, toml_schema_of};
-use super::target_toml::{check_table, line_of};
-use super::{FieldLines, Location, TargetFileError};
+use super::target_toml::{check_table, line_of, word};
+use super::{FieldLines, Location, TargetFileError, sha256};
 use crate::face::{About, Cut, CutBy, Motion, Move, SurgicalPlan};
 use crate::units::Vec3;
 
@@ -19,7 +20,7 @@ use crate::units::Vec3;
 #[serde(deny_unknown_fields)]
 #[schemars(title = "Modiolus surgical plan")]
 struct PlanTable {
-    /// Name of the plan, one word.
+    /// Name of the plan, one word of letters, digits, `_` and `-`.
     name: String,
     /// What it is, one sentence.
     #[serde(default)]
@@ -123,6 +124,8 @@ pub struct PlanDocument {
     pub plan: SurgicalPlan,
     /// Where each field stands, so that later errors can name its line.
     pub lines: FieldLines,
+    /// SHA-256 of the text that was parsed.
+    pub sha256: String,
 }
 
 /// Why a plan file was refused.
@@ -161,7 +164,7 @@ pub enum PlanFileError {
 /// # Errors
 /// [`PlanFileError`]: it names the line, the field, the value and the remedy.
 pub fn read_plan(path: &Path) -> Result<PlanDocument, PlanFileError> {
-    let text = std::fs::read_to_string(path)
+    let text = read_text(path)
         .map_err(|reason| TargetFileError::Unreadable { at: Box::new(Location::file(path)), reason })?;
     parse_plan(&text, path)
 }
@@ -171,6 +174,7 @@ pub fn read_plan(path: &Path) -> Result<PlanDocument, PlanFileError> {
 /// # Errors
 /// As [`read_plan`].
 pub fn parse_plan(text: &str, path: &Path) -> Result<PlanDocument, PlanFileError> {
+    let sha256 = sha256(text.as_bytes());
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let not_toml = |e: toml::de::Error| PlanFileError::Syntax {
         at: Box::new(Location::file(path).at_line(line_of(text, e.span().map_or(0, |s| s.start)))),
@@ -180,6 +184,7 @@ pub fn parse_plan(text: &str, path: &Path) -> Result<PlanDocument, PlanFileError
     let lines = FieldLines::of(path, text, root.get_ref());
     check_table(root.get_ref(), toml_schema_of::<PlanTable>().as_value(), "", &lines)?;
     let table = PlanTable::deserialize(toml::Deserializer::from(root)).map_err(not_toml)?;
+    word(&lines, "name", &table.name)?;
     let at = |field: String| Box::new(lines.location(&field));
     let cut = |(k, cut): (usize, CutTable)| {
         let by = match (cut.plane, cut.set) {
@@ -208,7 +213,7 @@ pub fn parse_plan(text: &str, path: &Path) -> Result<PlanDocument, PlanFileError
     };
     let cuts = table.cut.into_iter().enumerate().map(cut).collect::<Result<_, _>>()?;
     let moves = table.moves.into_iter().enumerate().map(step).collect::<Result<_, _>>()?;
-    Ok(PlanDocument { plan: SurgicalPlan { name: table.name, cuts, moves }, lines })
+    Ok(PlanDocument { plan: SurgicalPlan { name: table.name, cuts, moves }, lines, sha256 })
 }
 
 /// The JSON schema of plan files, as in `schemas/plan.schema.json`.

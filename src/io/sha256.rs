@@ -1,33 +1,10 @@
-//! Fingerprints of input files.
-
-use std::path::Path;
+//! Fingerprints of files.
 
 use sha2::{Digest, Sha256};
-
-use super::Location;
-
-/// An input file could not be read again for its fingerprint.
-#[derive(Debug, thiserror::Error)]
-#[error("{at}: cannot be read: {reason}; check the path and its permissions")]
-pub struct FingerprintError {
-    /// The file.
-    pub at: Location,
-    /// What the system says.
-    pub reason: std::io::Error,
-}
 
 /// SHA-256 of `bytes`, 64 lower-case hexadecimal digits.
 pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// SHA-256 of the file `path`, 64 lower-case hexadecimal digits.
-///
-/// # Errors
-/// [`FingerprintError`] when the file cannot be read.
-pub fn sha256_of_file(path: &Path) -> Result<String, FingerprintError> {
-    let read = std::fs::read(path);
-    read.map(|bytes| sha256(&bytes)).map_err(|reason| FingerprintError { at: Location::file(path), reason })
 }
 
 #[cfg(test)]

@@ -17,8 +17,12 @@ use crate::qp::Certificate;
 pub struct SolutionJson {
     /// How the fit ended; only "solved" is an answer.
     pub status: StatusWord,
+    /// How strain was measured: "linear" or "finite".
+    pub strain: String,
     /// How the stiffness of the muscles was taken: "activated" or "fixed=A".
     pub stiffness: String,
+    /// How strong the muscles were, as a multiple of the face's `max_force_n`.
+    pub strength: f64,
     /// Activation of each muscle, 0 to 1.
     pub activations: BTreeMap<String, f64>,
     /// How far the jaw is open, mm of arc at the lower incisal point; null when nothing was said of it.
@@ -56,6 +60,9 @@ pub struct SolutionJson {
     pub face: String,
     /// SHA-256 of each input file, by its name on the command line.
     pub inputs: BTreeMap<String, String>,
+    /// SHA-256 of each file that was written with this one and belongs to it, by its name: "face.vtu" holds the
+    /// displacement, and is not there when there is none.
+    pub files: BTreeMap<String, String>,
     /// Version of the program.
     pub version: String,
 }
@@ -70,6 +77,8 @@ pub enum StatusWord {
     Infeasible,
     /// The solver stopped short of the tolerance.
     NotConverged,
+    /// The certificate passes, but other activations fit as well.
+    Underdetermined,
     /// Nothing to fit.
     NoData,
 }
@@ -80,6 +89,7 @@ impl From<Status> for StatusWord {
             Status::Solved => Self::Solved,
             Status::Infeasible => Self::Infeasible,
             Status::NotConverged => Self::NotConverged,
+            Status::Underdetermined => Self::Underdetermined,
             Status::NoData => Self::NoData,
         }
     }
@@ -279,7 +289,12 @@ impl SolutionJson {
     /// # Errors
     /// When the text cannot be put together, which no value of the fields brings about.
     pub fn to_text(&self) -> Result<String, serde_json::Error> {
-        Ok(serde_json::to_string_pretty(self)? + "\n")
+        let text = serde_json::to_string_pretty(self)? + "\n";
+        // JSON lets DEL and the C1 controls stand in strings, where they steer a terminal that shows the file.
+        let is_control = |c: char| c.is_control() && c != '\n';
+        let written =
+            |c: char| if is_control(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+        Ok(if text.contains(is_control) { text.chars().map(written).collect() } else { text })
     }
 }
 

@@ -3,14 +3,14 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use super::Location;
 use super::mesh_file_error::{MAX_ID, MeshFileError, MeshFileErrorKind};
+use super::{Location, input};
 
 type Result<T> = std::result::Result<T, MeshFileError>;
 
 /// The bytes of `file`, of which there is at least one.
 pub(super) fn read_bytes(file: &Path) -> Result<Vec<u8>> {
-    let bytes = std::fs::read(file).map_err(|e| {
+    let bytes = input::read(file, input::MESH_BYTES).map_err(|e| {
         MeshFileError::new(Location::file(file), MeshFileErrorKind::Io { reason: e.to_string() })
     })?;
     if bytes.iter().all(u8::is_ascii_whitespace) {
@@ -37,10 +37,41 @@ pub(super) fn text<'a>(file: &Path, bytes: &'a [u8]) -> Result<Cow<'a, str>> {
     }
 }
 
+/// Most characters of a file that a message shows.
+const SHOWN: usize = 40;
+/// Most names that a message lists.
+const LISTED: usize = 20;
+
+/// `word` as a message shows it: its beginning, without control characters.
+pub(super) fn shown(word: &str) -> String {
+    beginning(word, SHOWN)
+}
+
+fn beginning(word: &str, most: usize) -> String {
+    let mut beginning: String =
+        word.chars().map(|c| if c.is_control() { '?' } else { c }).take(most).collect();
+    if word.chars().nth(most).is_some() {
+        beginning += "...";
+    }
+    beginning
+}
+
+/// `names` as a message lists them: the first few, and how many more there are.
+pub(super) fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut names = names.map(|name| beginning(name, 3 * SHOWN));
+    let mut listed = names.by_ref().take(LISTED).collect::<Vec<_>>().join(", ");
+    match names.count() {
+        0 if listed.is_empty() => listed += "none",
+        0 => {}
+        more => listed += &format!(" and {more} more"),
+    }
+    listed
+}
+
 /// The finite number that `token` means.
 pub(super) fn number(token: &str, at: impl FnOnce() -> Location) -> Result<f64> {
     let parse = |t: &str| t.parse::<f64>().ok().or_else(|| t.replace(['d', 'D'], "e").parse().ok());
-    let value = || token.to_owned();
+    let value = || shown(token);
     let kind = match parse(token) {
         Some(number) if number.is_finite() => return Ok(number),
         Some(_) => MeshFileErrorKind::NotFinite { value: value() },
@@ -59,7 +90,7 @@ pub(super) fn number(token: &str, at: impl FnOnce() -> Location) -> Result<f64> 
 /// The whole number that `token` means.
 pub(super) fn integer(token: &str, at: impl FnOnce() -> Location) -> Result<i128> {
     token.parse().map_err(|_| {
-        let kind = MeshFileErrorKind::NotANumber { value: token.to_owned(), expected: "a whole number" };
+        let kind = MeshFileErrorKind::NotANumber { value: shown(token), expected: "a whole number" };
         MeshFileError::new(at(), kind)
     })
 }

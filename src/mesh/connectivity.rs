@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::facet::faces_by_corners;
 use super::free_mode::{Motion, free_motions};
 use super::validate::SHOWN;
-use super::{Cell, FreeMode, Mesh, MeshError};
+use super::{Cell, Extent, FreeMode, Mesh, MeshError};
 use crate::units::Vec3;
 
 /// More parts than this in one piece are not analysed as a mechanism: it is in shreds.
@@ -77,8 +77,7 @@ fn check_piece(
         return Err(hinge(least.unwrap_or_default(), Vec::new()));
     }
     let centre = middle(mesh);
-    let (lo, hi) = mesh.bounds();
-    let size = (hi - lo).max();
+    let size = mesh.extent().longest_mm();
     let mut rows = Vec::new();
     for (node, of) in &parts_of {
         let of: Vec<usize> = of.iter().map(|part| number[part]).collect();
@@ -117,7 +116,7 @@ fn check_piece(
 }
 
 fn middle(mesh: &Mesh) -> Vec3 {
-    let (lo, hi) = mesh.bounds();
+    let Extent { lo, hi } = mesh.extent();
     0.5 * (lo + hi)
 }
 

@@ -5,6 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 use super::FreeMode;
+use crate::units::counted;
 
 /// A mesh that cannot be computed with. Nodes and cells go by the numbers of their file.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -72,8 +73,8 @@ pub enum MeshError {
     },
     /// Cells turned inside out.
     #[error(
-        "{count} inverted cells (least Jacobian {jacobian:.3e} mm3 in the first): {}; {}",
-        List(cells, *count),
+        "{} (least Jacobian {jacobian:.3e} mm3 in the first): {}; {}",
+        counted(*count, "inverted cell"), List(cells, *count),
         if *everywhere {
             "the Jacobian is negative throughout: reorder their nodes so that the normal of \
              the first face points into the cell"
@@ -146,9 +147,9 @@ pub enum MeshError {
     },
     /// A part without supports.
     #[error(
-        "a part of {n_cells} cells ({}) is joined to nothing that is fixed; merge coincident nodes, remove \
+        "a part of {} ({}) is joined to nothing that is fixed; merge coincident nodes, remove \
          the part or fix some of its nodes",
-        List(cells, *n_cells)
+        counted(*n_cells, "cell"), List(cells, *n_cells)
     )]
     Disconnected {
         /// The first few cells.
@@ -164,8 +165,10 @@ pub enum MeshError {
     },
     /// Parts joined by too little.
     #[error(
-        "a part of {n_cells} cells ({}) hangs on node(s) {} only and is free in {}; join it by whole faces",
+        "a part of {} ({}) hangs on {} ({}) only and is free in {}; join it by whole faces",
+        counted(*n_cells, "cell"),
         List(cells, *n_cells),
+        counted(nodes.len(), "node"),
         List(nodes, nodes.len()),
         Modes(modes)
     )]
@@ -203,6 +206,15 @@ pub enum MeshWarning {
         /// The least ratio of least and greatest Jacobian.
         worst: f64,
     },
+    /// Cells far thinner than they are wide.
+    Thin {
+        /// The worst few, worst first.
+        cells: Vec<u64>,
+        /// How many there are.
+        count: usize,
+        /// The least ratio of thickness and width.
+        worst: f64,
+    },
     /// Different nodes at one place.
     CoincidentNodes {
         /// The first few pairs.
@@ -224,14 +236,23 @@ impl fmt::Display for MeshWarning {
         match self {
             Self::Slivers { cells, count, worst } => write!(
                 f,
-                "{count} sliver cells (scaled Jacobian down to {worst:.3}): {}; stresses there are poor, \
+                "{} (scaled Jacobian down to {worst:.3}): {}; stresses there are poor, \
                  remesh or smooth",
+                counted(*count, "sliver cell"),
                 List(cells, *count)
             ),
             Self::Distorted { cells, count, worst } => write!(
                 f,
-                "{count} distorted cells (least over greatest Jacobian down to {worst:.3}): {}; stresses \
+                "{} (least over greatest Jacobian down to {worst:.3}): {}; stresses \
                  there are poor, remesh or smooth",
+                counted(*count, "distorted cell"),
+                List(cells, *count)
+            ),
+            Self::Thin { cells, count, worst } => write!(
+                f,
+                "{} (thickness over width down to {worst:.4}): {}; a layer that thin is mostly a fault of the mesh: merge it \
+                 with its neighbour, or refine along it",
+                counted(*count, "thin cell"),
                 List(cells, *count)
             ),
             Self::CoincidentNodes { pairs, count } => {
@@ -239,14 +260,16 @@ impl fmt::Display for MeshWarning {
                 let more = if *count > pairs.len() { ", ..." } else { "" };
                 write!(
                     f,
-                    "{count} pairs of nodes at one place: {}{more}; merge them unless the surfaces are \
+                    "{} of nodes at one place: {}{more}; merge them unless the surfaces are \
                      meant to slide",
+                    counted(*count, "pair"),
                     shown.join(", ")
                 )
             }
             Self::OrphanNodes { nodes, count } => write!(
                 f,
-                "{count} nodes belong to no cell: {}; they are ignored, remove them",
+                "{} of no cell, without effect: {}; remove them, or give them cells",
+                counted(*count, "node"),
                 List(nodes, *count)
             ),
         }

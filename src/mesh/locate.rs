@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use super::bvh::{Aabb, Bvh};
 use super::closest::{FacetPoint, closest_on_facet, corner_weights};
 use super::quality::jacobian;
-use super::{CellKind, Facet, MAX_NODES, Mesh, Site, boundary_facets};
+use super::{CellKind, Extent, Facet, MAX_NODES, Mesh, Site, boundary_facets};
 use crate::units::Vec3;
 
 /// Reference coordinates beyond which a point counts as outside a cell.
@@ -56,8 +56,9 @@ impl Locator {
             let mids: &[usize] = if f.nodes().len() == 6 { &[3, 4, 5] } else { &[] };
             curved_box(&mesh.points, f.nodes(), &[[0, 1], [1, 2], [2, 0]], mids)
         });
-        let (cell_tree, facet_tree) = (Bvh::new(cell_boxes.collect()), Bvh::new(facet_boxes.collect()));
-        let (lo, hi) = mesh.bounds();
+        let (cell_tree, facet_tree) =
+            (Bvh::new(&cell_boxes.collect::<Vec<_>>()), Bvh::new(&facet_boxes.collect::<Vec<_>>()));
+        let Extent { lo, hi } = mesh.extent();
         let bare = Mesh::new(mesh.points.clone(), mesh.cells.clone());
         Self { mesh: bare, facets, cell_tree, facet_tree, tolerance_mm: 1e-10 * (hi - lo).norm() }
     }
@@ -79,30 +80,67 @@ impl Locator {
     /// The cell that holds `point` (mm), or `None` outside.
     pub fn containing(&self, point: Vec3) -> Option<Located> {
         let mut best: Option<(f64, usize, Vec3)> = None;
-        self.cell_tree.for_each_at(point, self.tolerance_mm, |cell| {
-            let kind = self.mesh.cells[cell].kind();
-            let Some(xi) = self.reference_coordinates(cell, point) else { return };
-            let outside = kind.signed_outside(xi);
-            let better = best.is_none_or(|(least, first, _)| {
-                outside < least - INSIDE || (outside <= least + INSIDE && cell < first)
-            });
-            if outside <= NEARLY_INSIDE && better {
-                best = Some((outside, cell, xi));
-            }
-        });
+        self.for_each_holding(
+            point,
+            |_| true,
+            |cell, xi, outside| {
+                let better = best.is_none_or(|(least, first, _)| {
+                    outside < least - INSIDE || (outside <= least + INSIDE && cell < first)
+                });
+                if better {
+                    best = Some((outside, cell, xi));
+                }
+            },
+        );
         let (_, cell, xi) = best?;
         let mut site = Site::in_cell(&self.mesh.cells[cell], xi, &self.mesh.points);
         site.position = point;
         Some(Located { site, cell, xi, distance_mm: 0.0 })
     }
 
+    /// Every cell (0-based, ascending) among those that `accept` takes that holds `point` (mm): more than one on a face
+    /// between cells, and where a deformed mesh passes through itself.
+    pub fn all_containing(&self, point: Vec3, accept: impl Fn(usize) -> bool) -> Vec<usize> {
+        let mut cells = Vec::new();
+        self.for_each_holding(point, accept, |cell, _, _| cells.push(cell));
+        cells.sort_unstable();
+        cells
+    }
+
+    /// Calls `visit` with the cells that hold `point`, its reference coordinates and how far these are outside.
+    fn for_each_holding(
+        &self,
+        point: Vec3,
+        accept: impl Fn(usize) -> bool,
+        mut visit: impl FnMut(usize, Vec3, f64),
+    ) {
+        self.cell_tree.for_each_at(point, self.tolerance_mm, |cell| {
+            if !accept(cell) {
+                return;
+            }
+            let Some(xi) = self.reference_coordinates(cell, point) else { return };
+            let outside = self.mesh.cells[cell].kind().signed_outside(xi);
+            if outside <= NEARLY_INSIDE {
+                visit(cell, xi, outside);
+            }
+        });
+    }
+
     /// The point of the boundary closest to `point` (mm), which may lie inside; `None` without cells or
     /// for a point that is not finite.
     pub fn closest(&self, point: Vec3) -> Option<Located> {
+        self.closest_among(point, |_| true)
+    }
+
+    /// [`closest`](Self::closest) on the facets that `accept` takes; `None` if it takes none.
+    pub fn closest_among(&self, point: Vec3, accept: impl Fn(&Facet) -> bool) -> Option<Located> {
         let mut near: Vec<(usize, FacetPoint)> = Vec::new();
         let mut least = f64::INFINITY;
         self.facet_tree.for_each_near(point, |k| {
             let facet = &self.facets[k];
+            if !accept(facet) {
+                return least + self.tolerance_mm;
+            }
             let mut x = [Vec3::zeros(); 6];
             for (x, &node) in x.iter_mut().zip(facet.nodes()) {
                 *x = self.mesh.points[node];
@@ -217,7 +255,7 @@ mod tests {
         // between two of them must not be sent to the boundary.
         let turn = nalgebra::Rotation3::from_euler_angles(0.4, -0.7, 1.1);
         let mut mesh = block([3, 3, 4]);
-        let (lo, hi) = mesh.bounds();
+        let Extent { lo, hi } = mesh.extent();
         for p in &mut mesh.points {
             let share = (*p - lo).component_div(&(hi - lo));
             *p = turn * Vec3::new(30. * share.x, 30. * share.y, 4e-4 * share.z) + Vec3::repeat(300.);

@@ -20,6 +20,9 @@ pub struct Quality {
     pub node_jacobian: f64,
     /// Volume by quadrature, mm³.
     pub volume: f64,
+    /// Least over greatest stretch from the reference cell at its middle: 1 for a cube, 0.01 for a plate a hundred
+    /// times as wide as it is thick, whose corners are as square as the cube's.
+    pub thickness_ratio: f64,
 }
 
 impl Quality {
@@ -41,7 +44,9 @@ impl Quality {
             (min, max) = (min.min(det), max.max(det));
             volume += weight * det;
         }
+        let stretch = jacobian(kind, x, kind.centre()).singular_values();
         Self {
+            thickness_ratio: stretch.min() / stretch.max(),
             scaled_jacobian: scaled_jacobian(kind, x),
             min_jacobian: min,
             max_jacobian: max,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Cell, CellKind, Quality};
+use super::{Cell, CellKind, Extent, Quality};
 use crate::units::Vec3;
 
 /// The nodes of a wedge in VTK's order by their places in ours, and the other way round.
@@ -70,9 +70,8 @@ impl Mesh {
         self.cells[cell].nodes().iter().map(|&node| self.points[node])
     }
 
-    /// Smallest and largest corner of the box around all points, mm.
-    pub fn bounds(&self) -> (Vec3, Vec3) {
-        let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
-        self.points.iter().fold(start, |(lo, hi), p| (lo.inf(p), hi.sup(p)))
+    /// The box around the nodes of cells, mm: nodes of no cell may be anywhere.
+    pub fn extent(&self) -> Extent {
+        Extent::of(self.cells.iter().flat_map(Cell::nodes).filter_map(|&node| self.points.get(node)))
     }
 }

@@ -10,7 +10,7 @@ use crate::units::Vec3;
 /// Least size of a face mesh, mm.
 pub(super) const MIN_EXTENT_MM: f64 = 5.0;
 /// Greatest size of a face mesh, mm.
-pub(super) const MAX_EXTENT_MM: f64 = 1000.0;
+pub(crate) const MAX_EXTENT_MM: f64 = 1000.0;
 /// How many numbers a message lists.
 pub(super) const SHOWN: usize = 8;
 
@@ -18,6 +18,8 @@ pub(super) const SHOWN: usize = 8;
 const SLIVER: f64 = 0.1;
 /// Below this ratio of least and greatest Jacobian a cell is distorted.
 const DISTORTED: f64 = 0.1;
+/// Below this ratio of thickness and width a cell is thin.
+const THIN: f64 = 1. / 30.;
 /// Nodes closer than this times the size of the mesh are at one place.
 const COINCIDENT: f64 = 1e-7;
 /// Farthest a mid-edge node may be from the middle, over the length of the edge.
@@ -82,10 +84,7 @@ fn check_nodes(mesh: &Mesh, k: usize, cell: &Cell) -> Result<(), MeshError> {
 }
 
 fn check_extent(mesh: &Mesh) -> Result<(), MeshError> {
-    let used = mesh.cells.iter().flat_map(Cell::nodes).map(|&node| mesh.points[node]);
-    let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
-    let (lo, hi) = used.fold(start, |(lo, hi), p| (lo.inf(&p), hi.sup(&p)));
-    let extent_mm = (hi - lo).max();
+    let extent_mm = mesh.extent().longest_mm();
     if (MIN_EXTENT_MM..=MAX_EXTENT_MM).contains(&extent_mm) {
         Ok(())
     } else {
@@ -132,7 +131,9 @@ fn check_quality(mesh: &Mesh) -> Result<Vec<MeshWarning>, MeshError> {
     });
     let distorted = worst_of(Quality::jacobian_ratio, DISTORTED)
         .map(|(cells, count, worst)| MeshWarning::Distorted { cells, count, worst });
-    Ok(slivers.into_iter().chain(distorted).collect())
+    let thin = worst_of(|q| if q.scaled_jacobian < SLIVER { 1. } else { q.thickness_ratio }, THIN)
+        .map(|(cells, count, worst)| MeshWarning::Thin { cells, count, worst });
+    Ok(slivers.into_iter().chain(distorted).chain(thin).collect())
 }
 
 fn check_mid_edges(mesh: &Mesh, k: usize, cell: &Cell) -> Result<(), MeshError> {
@@ -181,7 +182,39 @@ fn check_faces(mesh: &Mesh) -> Result<(), MeshError> {
     if let Some((a, b)) = half_covered(&boundary) {
         return Err(mismatch(&a, &b));
     }
+    if let Some((a, b)) = crossed_diagonals(&boundary) {
+        return Err(mismatch(&a, &b));
+    }
     check_hanging(mesh, &boundary)
+}
+
+/// Two triangles on one pair of corners against two on the other pair: the same quadrilateral, split along one diagonal
+/// by the cells on one side and along the other by those on the other side.
+fn crossed_diagonals(boundary: &[Facet]) -> Option<(Facet, Facet)> {
+    let mut apexes: BTreeMap<[usize; 2], Vec<(usize, &Facet)>> = BTreeMap::new();
+    for facet in boundary.iter().filter(|f| f.corners().len() == 3) {
+        let &[a, b, c] = facet.corners() else { continue };
+        for (ends, apex) in [([a, b], c), ([b, c], a), ([c, a], b)] {
+            let ends = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+            apexes.entry(ends).or_default().push((apex, facet));
+        }
+    }
+    for (&[a, c], sides) in &apexes {
+        for (k, &(b, first)) in sides.iter().enumerate() {
+            for &(d, second) in &sides[k + 1..] {
+                let Some(others) = apexes.get(&[b.min(d), b.max(d)]) else { continue };
+                let across = |apex: usize| {
+                    let own = [first.cell, second.cell];
+                    // The four faces of one cell lie like that, too.
+                    others.iter().find(|(v, f)| *v == apex && !own.contains(&f.cell)).map(|(_, f)| **f)
+                };
+                if let (Some(other), Some(_)) = (across(a), across(c)) {
+                    return Some((*first, other));
+                }
+            }
+        }
+    }
+    None
 }
 
 /// A triangle on three corners of a quadrilateral: a wedge or tetrahedron against half a hexahedron face.
@@ -239,8 +272,7 @@ fn lies_within(mesh: &Mesh, facet: &Facet, p: Vec3) -> bool {
 }
 
 fn coincident_nodes(mesh: &Mesh) -> Option<MeshWarning> {
-    let (lo, hi) = mesh.bounds();
-    let tolerance = COINCIDENT * (hi - lo).max();
+    let tolerance = COINCIDENT * mesh.extent().longest_mm();
     let mut order: Vec<usize> = (0..mesh.n_nodes()).collect();
     order.sort_unstable_by(|&i, &j| mesh.points[i].x.total_cmp(&mesh.points[j].x).then(i.cmp(&j)));
     let mut pairs = Vec::new();

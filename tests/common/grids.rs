@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use modiolus::forward::{Cholesky, Element, Stiffness, SymbolicFactor};
-use modiolus::mesh::{Cell, CellKind, Mesh};
+use modiolus::mesh::{Cell, CellKind, DilatationPatches, Mesh};
 use modiolus::units::Vec3;
 use nalgebra::Matrix6;
 
@@ -73,6 +73,37 @@ pub fn grid(kind: CellKind, [nx, ny, nz]: [usize; 3], map: impl Fn(Vec3) -> Vec3
     Mesh::new(points.into_iter().map(map).collect(), cells)
 }
 
+/// A grid of tetrahedra that is not that of its hexes: five of each, in two ways by turns, with shifted inner nodes.
+pub fn five_tetrahedra(n: [usize; 3], map: impl Fn(Vec3) -> Vec3) -> Mesh {
+    const EVEN: [[usize; 4]; 5] = [[0, 1, 3, 4], [2, 3, 1, 6], [5, 4, 6, 1], [7, 6, 4, 3], [1, 3, 4, 6]];
+    const ODD: [[usize; 4]; 5] = [[1, 2, 0, 5], [3, 0, 2, 7], [4, 7, 5, 0], [6, 5, 7, 2], [0, 2, 7, 5]];
+    let mut mesh = grid(CellKind::Hex8, n, |p| p);
+    let place = |cell: &Cell| {
+        let corner = mesh.points[cell.nodes()[0]];
+        (0..3).map(|k| (corner[k] * n[k] as f64).round() as usize).sum::<usize>()
+    };
+    let cut = |cell: &Cell| {
+        let split = if place(cell) % 2 == 0 { EVEN } else { ODD };
+        split.map(|t| Cell::new(CellKind::Tet4, &t.map(|k| cell.nodes()[k])))
+    };
+    mesh = Mesh::new(mesh.points.clone(), mesh.cells.iter().flat_map(cut).collect());
+    for (k, p) in mesh.points.iter_mut().enumerate() {
+        for axis in 0..3 {
+            if p[axis] > 1e-9 && p[axis] < 1. - 1e-9 {
+                p[axis] += 0.15 / n[axis] as f64 * ((7 * k + 3 * axis) as f64).sin();
+            }
+        }
+        *p = map(*p);
+    }
+    mesh
+}
+
+/// Every element of `mesh` with its nodes: of tetrahedra one a patch.
+pub fn elements(mesh: &Mesh) -> Vec<(Element, Vec<usize>)> {
+    let patches = DilatationPatches::new(mesh);
+    (0..patches.len()).map(|patch| Element::of_patch(mesh, &patches, patch).unwrap()).collect()
+}
+
 /// Solves `K u = f` with `law(cell, position)` in N/mm², `prescribed` dofs and nodal `force`;
 /// `shape` may change each element (to drop its mean dilatation).
 pub fn solve_with(
@@ -82,10 +113,13 @@ pub fn solve_with(
     prescribed: &[(usize, f64)],
     force: &[f64],
 ) -> Vec<f64> {
-    let mut stiffness = Stiffness::new(mesh.n_nodes(), &mesh.cells, 0);
-    for (index, cell) in mesh.cells.iter().enumerate() {
-        let element = shape(Element::new(cell.kind(), &mesh.cell_points(index).collect::<Vec<_>>()).unwrap());
-        stiffness.add_base(cell.nodes(), &element.stiffness(|q| law(index, element.points()[q].position)));
+    let elements = elements(mesh);
+    let joined = elements.iter().map(|(_, nodes)| nodes.as_slice());
+    let mut stiffness = Stiffness::new(mesh.n_nodes(), joined, 0);
+    for ((element, nodes), cells) in elements.iter().zip(DilatationPatches::new(mesh).cells()) {
+        let element = shape(element.clone());
+        let cell = |q: usize| if cells.len() > 1 { cells[q] } else { cells[0] };
+        stiffness.add_base(nodes, &element.stiffness(|q| law(cell(q), element.points()[q].position)));
     }
     let values = stiffness.at(&[]);
     stiffness.finish();
@@ -115,6 +149,33 @@ pub fn solve(
 /// Nodal displacements of a cell.
 pub fn cell_displacements(mesh: &Mesh, cell: usize, u: &[f64]) -> Vec<Vec3> {
     mesh.cells[cell].nodes().iter().map(|&n| Vec3::new(u[3 * n], u[3 * n + 1], u[3 * n + 2])).collect()
+}
+
+/// Adds the consistent nodal forces of a traction `p(x)` on the faces of tetrahedra whose nodes `select` takes; the rule
+/// of mid-edges.
+pub fn add_traction_on_tetrahedra(
+    mesh: &Mesh,
+    select: impl Fn(Vec3) -> bool,
+    traction: impl Fn(Vec3) -> Vec3,
+    force: &mut [f64],
+) {
+    for cell in &mesh.cells {
+        for face in cell.kind().faces() {
+            let nodes = [face[0], face[1], face[2]].map(|k| cell.nodes()[k]);
+            let x = nodes.map(|n| mesh.points[n]);
+            if !x.iter().all(|p| select(*p)) {
+                continue;
+            }
+            let area = (x[1] - x[0]).cross(&(x[2] - x[0])).norm() / 2.;
+            for k in 0..3 {
+                let next = (k + 1) % 3;
+                let half = traction((x[k] + x[next]) / 2.) * (area / 6.);
+                for node in [nodes[k], nodes[next]] {
+                    (0..3).for_each(|axis| force[3 * node + axis] += half[axis]);
+                }
+            }
+        }
+    }
 }
 
 /// Adds the consistent nodal forces of a traction `p(x, unit normal)` on a bilinear quad.

@@ -10,6 +10,9 @@ mod pressed;
 mod random;
 
 pub use cuboid::cuboid;
-pub use grids::{add_quad_traction, cell_displacements, grid, solve, solve_with};
+pub use grids::{
+    add_quad_traction, add_traction_on_tetrahedra, cell_displacements, elements, five_tetrahedra, grid,
+    solve, solve_with,
+};
 pub use pressed::{contact_column, contact_response, factor, half_space, isotropic};
 pub use random::Random;

@@ -28,7 +28,7 @@ pub fn isotropic(young: f64, poisson: f64) -> Matrix6<f64> {
 
 /// The factor of a mesh of one `law`, with the dofs `is_fixed(point, axis)` held.
 pub fn factor(mesh: &Mesh, law: Matrix6<f64>, is_fixed: impl Fn(Vec3, usize) -> bool) -> Cholesky {
-    let mut stiffness = Stiffness::new(mesh.n_nodes(), &mesh.cells, 0);
+    let mut stiffness = Stiffness::new(mesh.n_nodes(), mesh.cells.iter().map(|c| c.nodes()), 0);
     for (index, cell) in mesh.cells.iter().enumerate() {
         let element = Element::new(cell.kind(), &mesh.cell_points(index).collect::<Vec<_>>()).unwrap();
         stiffness.add_base(cell.nodes(), &element.stiffness(|_| law));

@@ -16,7 +16,7 @@ pub(super) struct FaceTable {
     pub(super) unit: String,
     /// Folder of the named files, relative to this file; this file's own folder when absent.
     pub(super) base: Option<String>,
-    /// Volume mesh (.vtu, .msh or .inp).
+    /// Volume mesh: VTK, Gmsh, Abaqus, TetGen or FEBio.
     pub(super) mesh: String,
     /// Further node sets: a JSON object of lists of 0-based nodes.
     pub(super) node_sets: Option<String>,
@@ -44,7 +44,8 @@ pub(super) struct FaceTable {
     /// Tooth surfaces.
     #[serde(default)]
     pub(super) teeth: Vec<TeethTable>,
-    /// Landmarks: a CSV with columns landmark, x, y, z (or `x_mm`, `y_mm`, `z_mm`).
+    /// Landmarks: a CSV with columns landmark, x, y, z (or `x_mm`, `y_mm`, `z_mm`), which are moved to the closest point
+    /// of the skin; or stay where they are with the nodes and weights that a further column carriers states.
     pub(super) landmarks: Option<String>,
     /// Further landmarks.
     #[serde(default)]
@@ -58,6 +59,10 @@ pub(super) struct FaceTable {
     /// Greatest distance between neighbouring fibre points, mm.
     #[serde(default = "one")]
     pub(super) fibre_step_mm: f64,
+    /// How the fibres run: "smooth" (the default), along smooth curves through their points that are brought inside
+    /// the mesh and cut into equal steps; or "polyline", from point to point as given, as an exported face has them.
+    #[schemars(extend("enum" = ["smooth", "polyline"]))]
+    pub(super) fibre_course: Option<String>,
     /// Muscles.
     #[serde(default)]
     pub(super) muscles: Vec<MuscleTable>,
@@ -83,6 +88,8 @@ pub(super) struct TissueTable {
     pub(super) young_kpa: f64,
     /// Poisson's ratio.
     pub(super) poisson: f64,
+    /// Stiffening at finite strain, the ratio c2/c1 of the Yeoh law; 0 is neo-Hookean. Default 0.47.
+    pub(super) strain_stiffening: Option<f64>,
 }
 
 /// Muscle tissue.
@@ -151,11 +158,14 @@ pub(super) struct TeethTable {
     /// The bone that carries it: when absent the maxilla if the face has one, else the skull, for the upper
     /// arch, and the mandible for the lower.
     pub(super) bone: Option<String>,
-    /// OBJ file.
+    /// Surface: OBJ, STL, PLY or VTK.
     pub(super) file: String,
     /// Close the holes of the surface, and leave out pieces that enclose nothing.
     #[serde(default)]
     pub(super) cap_holes: bool,
+    /// Turn triangles so that each piece of the surface is oriented alike throughout, and outward.
+    #[serde(default)]
+    pub(super) orient: bool,
 }
 
 /// A landmark by its place.

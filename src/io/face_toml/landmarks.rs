@@ -1,5 +1,6 @@
 //! Landmarks, put on the skin.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use super::Reader;
@@ -7,14 +8,53 @@ use super::error::{FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWa
 use super::file::FaceTable;
 use super::frame::Frame;
 use super::rows::Rows;
+use super::scale;
 use crate::contact::{Facets, Patch};
 use crate::face::Landmark;
 use crate::io::Location;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Site};
 use crate::units::Vec3;
 
 /// Movements below this go without a word, mm: about the error of landmarking by hand.
 const UNNOTICED_MM: f64 = 0.5;
+
+/// Column of the nodes that carry a landmark, and their weights.
+const CARRIERS: &str = "carriers";
+
+/// How far from its place the carriers of a landmark may lead, mm: rounding of a file in another unit.
+const SAME_PLACE_MM: f64 = 1e-3;
+
+/// A landmark as its file has it.
+struct Named {
+    at: Location,
+    name: String,
+    point: Vec3,
+    /// The carriers, where they are stated.
+    site: Option<Site>,
+}
+
+/// Holds landmarks against the mesh: two may be the lips' middle, and as near to each other as they like.
+fn check_scale(what: &'static str, named: &[Named], mesh: &Mesh) -> Result<(), FaceFileErrorKind> {
+    if named.len() < 3 {
+        return Ok(());
+    }
+    scale::check(what, named.iter().map(|landmark| &landmark.point), mesh)
+}
+
+/// The site at `point` that `text` (`12:0.25 13:0.75`) states, if it is one.
+fn carried(text: &str, point: Vec3, mesh: &Mesh) -> Option<Site> {
+    let carrier = |word: &str| {
+        let (node, weight) = word.split_once(':')?;
+        let node: usize = node.parse().ok()?;
+        Some((node, weight.parse::<f64>().ok()?)).filter(|_| node < mesh.n_nodes())
+    };
+    let weights: Vec<(usize, f64)> = text.split_whitespace().map(carrier).collect::<Option<_>>()?;
+    let place: Vec3 = weights.iter().map(|&(node, w)| w * mesh.points[node]).sum();
+    let sum: f64 = weights.iter().map(|(_, w)| w).sum();
+    // A sum that is not a number is not near one.
+    let leads_there = (sum - 1.).abs() <= 1e-9 && (place - point).norm() <= SAME_PLACE_MM;
+    leads_there.then_some(Site { position: point, weights })
+}
 
 impl Reader<'_> {
     pub(super) fn landmarks(
@@ -24,23 +64,45 @@ impl Reader<'_> {
         mesh: &Mesh,
         skin: &[usize],
     ) -> Result<Vec<Landmark>, FaceFileError> {
-        let mut named: Vec<(Location, String, Vec3)> = Vec::new();
+        let mut named: Vec<Named> = Vec::new();
         if let Some(file) = &table.landmarks {
-            let rows = Rows::read(&self.path_of(file))?;
+            let file = self.path_of(file);
+            let rows = Rows::parse(&file, &self.text(&file)?)?;
             for row in rows.rows() {
-                named.push((row.at("landmark"), row.text("landmark")?.to_owned(), row.point(frame)?));
+                let (name, point) = (row.text("landmark")?.to_owned(), row.point(frame)?);
+                let carriers = if rows.has(CARRIERS) { row.text(CARRIERS)? } else { "" };
+                let site = match carriers {
+                    "" => None,
+                    text => Some(carried(text, point, mesh).ok_or_else(|| {
+                        let accepted = "nodes of the mesh (from 0) with weights that sum to one and lead to the place, such \
+                                        as `12:0.25 13:0.75`, or nothing";
+                        let (value, accepted) = (text.to_owned(), accepted.to_owned());
+                        FaceFileError::new(row.at(CARRIERS), FaceFileErrorKind::Value { value, accepted })
+                    })?),
+                };
+                named.push(Named { at: row.at("landmark"), name, point, site });
             }
+            check_scale("the cloud of all landmarks", &named, mesh)
+                .map_err(|kind| FaceFileError::new(rows.location(), kind))?;
         }
+        let in_file = named.len();
         for (k, point) in table.points.iter().enumerate() {
-            let at = self.location(&format!("points[{k}].at_mm"));
-            named.push((at, point.name.clone(), Vec3::from(point.at_mm)));
+            let (name, at) = (point.name.clone(), self.location(&format!("points[{k}].at_mm")));
+            named.push(Named { at, name, point: Vec3::from(point.at_mm), site: None });
         }
+        check_scale("the cloud of all points", &named[in_file..], mesh)
+            .map_err(|kind| self.error("points", kind))?;
         let patch = Patch::new(&Facets::of(mesh).within(skin), mesh);
         let limit_mm = table.max_projection_mm;
         let mut landmarks: Vec<Landmark> = Vec::with_capacity(named.len());
-        for (at, name, p) in named {
-            if landmarks.iter().any(|l| l.name == name) {
+        let mut names = HashSet::with_capacity(named.len());
+        for Named { at, name, point: p, site } in named {
+            if !names.insert(name.clone()) {
                 return Err(FaceFileError::new(at, FaceFileErrorKind::Duplicate { what: "landmark", name }));
+            }
+            if let Some(site) = site {
+                landmarks.push(Landmark { name, site });
+                continue;
             }
             let Some((site, distance_mm)) = patch.project(p) else {
                 let value = format!("({}, {}, {})", p.x, p.y, p.z);

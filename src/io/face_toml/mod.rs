@@ -4,10 +4,13 @@ mod error;
 mod file;
 mod frame;
 mod landmarks;
+mod limits;
 mod muscles;
 mod rows;
+mod scale;
 mod sets;
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -18,12 +21,16 @@ pub use error::{FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWarni
 
 use self::file::{FaceTable, MuscleTissueTable, TissueTable};
 use self::frame::Frame;
-use self::rows::read_text;
+use super::input_file::read_text;
 use super::nearest::nearest;
 use super::schema::{pretty, toml_schema_of};
 use super::target_toml::line_of;
-use super::{FieldLines, Location, MeshFileError, read_mesh, read_obj};
-use crate::contact::closed_surface;
+use super::text::read_bytes;
+use super::{
+    FieldLines, InputFile, Location, MeshFileError, NoSet, UnreadableText, parse_surface, read_mesh_document,
+    settle_folder,
+};
+use crate::contact::{TeethWarning, closed_surface, oriented};
 use crate::face::{Face, FaceError, FaceWarning, Jaw, MuscleLaw, MuscleTissue, Support, Teeth, Tissue};
 use crate::mesh::{Mesh, MeshError, validate_shape};
 use crate::units::{LengthUnit, Vec3};
@@ -36,7 +43,7 @@ pub struct FaceDocument {
     /// What is odd about the files and about the face.
     pub warnings: Vec<FaceFileWarning>,
     /// The files that were read, the face file first.
-    pub files: Vec<PathBuf>,
+    pub files: Vec<InputFile>,
 }
 
 /// Reads the face file `path` and the files that it names, which lie in `base`, or without one in the folder
@@ -46,20 +53,32 @@ pub struct FaceDocument {
 /// [`FaceFileError`] when it is no face that can be computed with: it names file, line, field, value and
 /// remedy.
 pub fn read_face(path: &Path, base: Option<&Path>) -> Result<FaceDocument, FaceFileError> {
-    let text = read_text(path)?;
-    let root = DeTable::parse(&text).map_err(|e| not_toml(path, &text, &e))?;
-    let lines = FieldLines::of(path, &text, root.get_ref());
+    // What was being written there when its process ended is whole before it is read.
+    settle_folder(path.parent().unwrap_or(Path::new(""))).map_err(|e| {
+        let reason = UnreadableText::Io { reason: e.to_string() };
+        FaceFileError::new(Location::file(path), FaceFileErrorKind::Unreadable(reason))
+    })?;
+    let bytes = unread(path, read_text(path))?;
+    let text = bytes.strip_prefix('\u{feff}').unwrap_or(&bytes);
+    let root = DeTable::parse(text).map_err(|e| not_toml(path, text, &e))?;
+    let lines = FieldLines::of(path, text, root.get_ref());
     let table =
-        FaceTable::deserialize(toml::Deserializer::from(root)).map_err(|e| not_toml(path, &text, &e))?;
+        FaceTable::deserialize(toml::Deserializer::from(root)).map_err(|e| not_toml(path, text, &e))?;
     let beside = path.parent().unwrap_or(Path::new(""));
     let own = table.base.as_ref().map_or_else(|| beside.to_owned(), |folder| beside.join(folder));
     let base = base.map_or(own, Path::to_owned);
-    let mut reader =
-        Reader { path, lines: &lines, base, warnings: Vec::new(), muscle_fields: BTreeMap::new() };
+    let mut reader = Reader {
+        lines: &lines,
+        base,
+        warnings: Vec::new(),
+        muscle_fields: BTreeMap::new(),
+        no_sets: Vec::new(),
+        files: RefCell::new(vec![InputFile::new(path, bytes.as_bytes())]),
+    };
     let face = reader.face(&table)?;
     reader.check(&table, &face)?;
-    let files = reader.files(&table);
-    Ok(FaceDocument { face, warnings: reader.warnings, files })
+    let warnings = FaceWarning::join_sides(reader.warnings, FaceFileWarning::with_other_side);
+    Ok(FaceDocument { face, warnings, files: reader.files.into_inner() })
 }
 
 /// The JSON schema of face files, as in `schemas/face.schema.json`.
@@ -69,12 +88,20 @@ pub fn face_schema() -> String {
 
 /// One reading of one face file.
 struct Reader<'a> {
-    path: &'a Path,
     lines: &'a FieldLines,
     base: PathBuf,
     warnings: Vec<FaceFileWarning>,
     /// The table of each muscle, by the muscle's full name.
     muscle_fields: BTreeMap<String, String>,
+    /// What the mesh file has that is no set.
+    no_sets: Vec<NoSet>,
+    /// What was read so far.
+    files: RefCell<Vec<InputFile>>,
+}
+
+/// What a face file or table that cannot be read gets.
+fn unread<T>(path: &Path, read: Result<T, UnreadableText>) -> Result<T, FaceFileError> {
+    read.map_err(|reason| FaceFileError::new(Location::file(path), FaceFileErrorKind::Unreadable(reason)))
 }
 
 impl Reader<'_> {
@@ -84,6 +111,7 @@ impl Reader<'_> {
         };
         let frame =
             Frame::new(table.frame.as_ref(), unit).map_err(|(field, kind)| self.error(field, kind))?;
+        limits::check_tables(table).map_err(|(field, kind)| self.error(field, kind))?;
         let (tissue, muscle_tissue) = self.tissues(table)?;
         self.positive(table.max_projection_mm, "max_projection_mm")?;
         let mesh = self.mesh(table, &frame, unit)?;
@@ -101,7 +129,7 @@ impl Reader<'_> {
             condyles: jaw.condyles_mm.map(Vec3::from),
             incisor: Vec3::from(jaw.incisor_mm),
         });
-        let teeth = self.teeth(table, &supports, &frame, unit)?;
+        let teeth = self.teeth(table, &supports, &mesh, &frame, unit)?;
         let landmarks = self.landmarks(table, &frame, &mesh, &skin)?;
         let muscles = self.muscles(table, &frame, &mesh, &skin)?;
         let name = table.name.clone();
@@ -125,7 +153,11 @@ impl Reader<'_> {
     /// The material constants, checked before anything costly is read.
     fn tissues(&self, table: &FaceTable) -> Result<(Tissue, MuscleTissue), FaceFileError> {
         let tissue = match &table.tissue {
-            Some(TissueTable { young_kpa, poisson }) => Tissue { young_kpa: *young_kpa, poisson: *poisson },
+            Some(TissueTable { young_kpa, poisson, strain_stiffening }) => Tissue {
+                young_kpa: *young_kpa,
+                poisson: *poisson,
+                strain_stiffening: strain_stiffening.unwrap_or(Tissue::NAZARI),
+            },
             None => Tissue::default(),
         };
         let muscle = match &table.muscle_tissue {
@@ -144,9 +176,17 @@ impl Reader<'_> {
         errors.into_iter().next().map_or(Ok((tissue, muscle)), |error| Err(self.face_error(table, error)))
     }
 
-    fn mesh(&self, table: &FaceTable, frame: &Frame, unit: LengthUnit) -> Result<Mesh, FaceFileError> {
-        let mut mesh = read_mesh(&self.path_of(&table.mesh), unit)
-            .map_err(|e| self.error("mesh", FaceFileErrorKind::Mesh(e)))?;
+    fn mesh(&mut self, table: &FaceTable, frame: &Frame, unit: LengthUnit) -> Result<Mesh, FaceFileError> {
+        let path = self.path_of(&table.mesh);
+        let document =
+            read_mesh_document(&path, unit).map_err(|e| self.error("mesh", FaceFileErrorKind::Mesh(e)))?;
+        document.files.into_iter().for_each(|file| self.note(file));
+        let mut mesh = document.mesh;
+        self.no_sets = document.no_sets;
+        for warning in document.warnings {
+            let (location, kind) = (Location::file(&path), FaceFileWarningKind::MeshFile(warning));
+            self.warnings.push(FaceFileWarning { location, kind });
+        }
         for p in &mut mesh.points {
             *p = frame.point_in_mm(*p);
         }
@@ -186,6 +226,7 @@ impl Reader<'_> {
         &mut self,
         table: &FaceTable,
         supports: &[Support],
+        mesh: &Mesh,
         frame: &Frame,
         unit: LengthUnit,
     ) -> Result<Vec<Teeth>, FaceFileError> {
@@ -212,13 +253,27 @@ impl Reader<'_> {
                 None if has("maxilla") => "maxilla",
                 None => "skull",
             };
-            let mut surface = read_obj(&self.path_of(&arch.file), unit)
-                .map_err(|e| self.error(&field, FaceFileErrorKind::Mesh(e)))?;
+            let file = self.path_of(&arch.file);
+            let read = read_bytes(&file).and_then(|bytes| {
+                self.note(InputFile::new(&file, &bytes));
+                parse_surface(&bytes, &file, unit)
+            });
+            let mut surface = read.map_err(|e| self.error(&field, FaceFileErrorKind::Mesh(e)))?;
             for p in &mut surface.points {
                 *p = frame.point_in_mm(*p);
             }
-            let (surface, warnings) = closed_surface(&surface, arch.cap_holes)
+            // Before anything is computed with it: squares of far coordinates overflow.
+            scale::check("the tooth surface", &surface.points, mesh)
+                .map_err(|kind| self.error(&field, kind))?;
+            let mut turned = 0;
+            if arch.orient {
+                (surface, turned) = oriented(&surface);
+            }
+            let (surface, mut warnings) = closed_surface(&surface, arch.cap_holes)
                 .map_err(|e| self.error(&field, FaceFileErrorKind::Teeth(e)))?;
+            if turned > 0 {
+                warnings.push(TeethWarning::Turned { triangles: turned });
+            }
             for warning in warnings {
                 let (location, kind) = (self.location(&field), FaceFileWarningKind::Teeth(warning));
                 self.warnings.push(FaceFileWarning { location, kind });
@@ -258,6 +313,7 @@ impl Reader<'_> {
         let field = match &error {
             FaceError::Mesh(error) => return self.mesh_error(table, error.clone()),
             FaceError::Modulus { field, .. } | FaceError::Poisson { field, .. } => (*field).to_owned(),
+            FaceError::StrainStiffening { .. } => "tissue.strain_stiffening".to_owned(),
             FaceError::UnstableMuscle { .. } => "muscle_tissue.active_kpa".to_owned(),
             FaceError::MuscleNumber { muscle, field, .. } => format!("{}.{field}", of(muscle)),
             FaceError::NoTissue { muscle, .. } => format!("{}.radius_mm", of(muscle)),
@@ -265,11 +321,19 @@ impl Reader<'_> {
             | FaceError::NoFibre { muscle }
             | FaceError::ZeroLength { muscle, .. }
             | FaceError::OutsideMesh { muscle, .. } => format!("{}.name", of(muscle)),
-            FaceError::MissingNode { set, .. } => set.clone(),
+            FaceError::MissingNode { set, .. } | FaceError::OrphanNode { set, .. } => {
+                self.field_of_set(table, set)
+            }
             FaceError::Jaw { field, .. } => (*field).to_owned(),
             FaceError::UnknownBone { field, .. } => field.clone(),
         };
         self.error(&field, FaceFileErrorKind::Face(error))
+    }
+
+    /// The field that names the nodes of `set`: its own, or that of the support of this name.
+    fn field_of_set(&self, table: &FaceTable, set: &str) -> String {
+        let support = table.supports.iter().position(|s| s.bone == set);
+        support.map_or_else(|| set.to_owned(), |k| format!("supports[{k}].set"))
     }
 
     fn field_of(&self, warning: &FaceWarning) -> String {
@@ -282,25 +346,23 @@ impl Reader<'_> {
             FaceWarning::TwoBones { support, .. } => format!("supports[{support}].set"),
             FaceWarning::SameFibres { second, .. } => format!("{}.name", of(second)),
             FaceWarning::Projected { muscle, .. } => format!("{}.name", of(muscle)),
-            FaceWarning::RestOverlap(_) => "teeth".to_owned(),
+            FaceWarning::RestOverlap(_) | FaceWarning::NoContact { .. } => "teeth".to_owned(),
             FaceWarning::Mesh(_) => "mesh".to_owned(),
         }
     }
 
-    fn files(&self, table: &FaceTable) -> Vec<PathBuf> {
-        let optional = [&table.node_sets, &table.landmarks, &table.fibres];
-        let muscles = table.muscles.iter().filter_map(|m| m.file.as_ref());
-        let named = std::iter::once(&table.mesh)
-            .chain(optional.into_iter().flatten())
-            .chain(muscles)
-            .chain(table.teeth.iter().map(|t| &t.file));
-        let mut files = vec![self.path.to_owned()];
-        for file in named.map(|file| self.path_of(file)) {
-            if !files.contains(&file) {
-                files.push(file);
-            }
+    /// The text of a named table, whose fingerprint is kept.
+    fn text(&self, file: &Path) -> Result<String, FaceFileError> {
+        let text = unread(file, read_text(file))?;
+        self.note(InputFile::new(file, text.as_bytes()));
+        Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+    }
+
+    fn note(&self, file: InputFile) {
+        let mut files = self.files.borrow_mut();
+        if files.iter().all(|known| known.path != file.path) {
+            files.push(file);
         }
-        files
     }
 
     fn location(&self, field: &str) -> Location {

@@ -1,14 +1,16 @@
-//! Comma-separated tables with a header.
+//! Tables with a header.
 
 use std::path::{Path, PathBuf};
 
 use super::error::{FaceFileError, FaceFileErrorKind};
 use super::frame::Frame;
 use crate::io::Location;
+use crate::io::csv::{self, Record};
 use crate::io::nearest::nearest;
+use crate::io::text::shown;
 use crate::units::Vec3;
 
-/// A comma-separated table: a header line, then rows of as many entries.
+/// A table: a header, then rows of as many entries.
 pub(super) struct Rows {
     file: PathBuf,
     columns: Vec<String>,
@@ -23,39 +25,50 @@ pub(super) struct Row<'a> {
 }
 
 impl Rows {
-    pub(super) fn read(file: &Path) -> Result<Self, FaceFileError> {
-        let text = read_text(file)?;
-        let split = |line: &str| -> Vec<String> { line.split(',').map(|e| e.trim().to_owned()).collect() };
-        let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-        let Some((_, header)) = lines.next() else {
-            let kind = FaceFileErrorKind::Syntax { reason: "the table is empty".to_owned() };
-            return Err(FaceFileError::new(Location::file(file), kind));
+    /// The table in the `text` of `file`.
+    pub(super) fn parse(file: &Path, text: &str) -> Result<Self, FaceFileError> {
+        let syntax = |at: Location, reason: &str| {
+            Err(FaceFileError::new(at, FaceFileErrorKind::Syntax { reason: reason.to_owned() }))
         };
-        let columns = split(header);
+        let mut records = match csv::records(text) {
+            Ok(records) => records.into_iter(),
+            Err(line) => {
+                return syntax(Location::file(file).at_line(line), "a quote that begins here is not closed");
+            }
+        };
+        let Some(header) = records.next() else {
+            return syntax(Location::file(file), "the table is empty");
+        };
+        let columns = header.entries;
         let mut rows = Vec::new();
-        for (k, line) in lines {
-            let entries = split(line);
+        for Record { line, entries } in records {
             if entries.len() != columns.len() {
                 let kind = FaceFileErrorKind::RowLength { found: entries.len(), expected: columns.len() };
-                return Err(FaceFileError::new(Location::file(file).at_line(k + 1), kind));
+                return Err(FaceFileError::new(Location::file(file).at_line(line), kind));
             }
-            rows.push((k + 1, entries));
+            rows.push((line, entries));
         }
         Ok(Self { file: file.to_owned(), columns, rows })
+    }
+
+    /// The table as a whole.
+    pub(super) fn location(&self) -> Location {
+        Location::file(&self.file)
     }
 
     pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         self.rows.iter().map(|(line, entries)| Row { table: self, line: *line, entries })
     }
 
+    /// Whether there is a column `name`.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.columns.iter().any(|c| c == name)
+    }
+
     fn column(&self, name: &str) -> Result<usize, FaceFileError> {
         self.columns.iter().position(|c| c == name).ok_or_else(|| {
-            let kind = FaceFileErrorKind::UnknownName {
-                what: "column",
-                name: name.to_owned(),
-                nearest: nearest(name, self.columns.iter().map(String::as_str)).map(str::to_owned),
-                known: self.columns.clone(),
-            };
+            let nearest = nearest(name, self.columns.iter().map(String::as_str)).map(shown);
+            let kind = FaceFileErrorKind::MissingColumn { name: name.to_owned(), nearest };
             FaceFileError::new(Location::file(&self.file).at_line(1), kind)
         })
     }
@@ -77,21 +90,12 @@ impl Row<'_> {
         let mut p = Vec3::zeros();
         for (x, column) in p.iter_mut().zip(columns) {
             let value = self.text(column)?;
-            *x = value.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
-                let value = value.to_owned();
+            *x = csv::number(value).filter(|x| x.is_finite()).ok_or_else(|| {
+                let value = shown(value);
                 let accepted = "a finite number with a decimal point".to_owned();
                 FaceFileError::new(self.at(column), FaceFileErrorKind::Value { value, accepted })
             })?;
         }
         Ok(if in_mm { frame.point_in_mm(p) } else { frame.point(p) })
     }
-}
-
-/// The text of `file` without a byte-order mark.
-pub(super) fn read_text(file: &Path) -> Result<String, FaceFileError> {
-    let text = std::fs::read_to_string(file).map_err(|e| {
-        let kind = FaceFileErrorKind::Unreadable { reason: e.to_string() };
-        FaceFileError::new(Location::file(file), kind)
-    })?;
-    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }

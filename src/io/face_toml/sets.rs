@@ -6,17 +6,20 @@ use std::path::Path;
 use super::Reader;
 use super::error::{FaceFileError, FaceFileErrorKind};
 use super::file::SelectTable;
-use super::rows::read_text;
+use super::scale;
 use crate::contact::Facets;
 use crate::io::Location;
+use crate::io::nearest::nearest;
 use crate::mesh::Mesh;
 use crate::units::Vec3;
 
 impl Reader<'_> {
     /// Adds the sets of the JSON file `file` to those of `mesh`; a set of the same name replaces it.
     pub(super) fn add_json_sets(&self, file: &Path, mesh: &mut Mesh) -> Result<(), FaceFileError> {
-        let sets: BTreeMap<String, Vec<usize>> = serde_json::from_str(&read_text(file)?).map_err(|e| {
-            let kind = FaceFileErrorKind::Syntax { reason: format!("no JSON object of node lists: {e}") };
+        let sets: BTreeMap<String, Vec<usize>> = serde_json::from_str(&self.text(file)?).map_err(|e| {
+            let reason =
+                format!("no JSON object of lists of nodes, `{{\"skin\": [0, 1]}}` (column {})", e.column());
+            let kind = FaceFileErrorKind::Syntax { reason };
             FaceFileError::new(Location::file(file).at_line(e.line()), kind)
         })?;
         let n = mesh.n_nodes();
@@ -54,6 +57,9 @@ impl Reader<'_> {
                 let kind = FaceFileErrorKind::Value { value: format!("{:?}", table.within_mm), accepted };
                 return Err(self.error(&format!("select[{k}].within_mm"), kind));
             }
+            let corners = [lo, hi];
+            scale::check_least("the box", &corners, mesh)
+                .map_err(|kind| self.error(&format!("select[{k}].within_mm"), kind))?;
             let facing = table.facing.map(|d| Vec3::from(d).try_normalize(1e-12));
             if facing == Some(None) {
                 let accepted = "a direction that is not zero".to_owned();
@@ -72,15 +78,33 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The nodes of set `name`, which `field` asks for; an empty one is refused.
+    /// The nodes of set `name`, which `field` asks for; an empty one is refused. Where no set has exactly this name,
+    /// one that differs in its case alone is meant: Abaqus's names have no case.
     pub(super) fn set(&self, mesh: &Mesh, name: &str, field: &str) -> Result<Vec<usize>, FaceFileError> {
-        let Some(nodes) = mesh.node_sets.get(name) else {
-            return Err(self.unknown(field, "node set", name, mesh.node_sets.keys().map(String::as_str)));
+        let sets = &mesh.node_sets;
+        let mut alike = sets.iter().filter(|(other, _)| other.eq_ignore_ascii_case(name));
+        let nodes = match (sets.get(name), alike.next(), alike.next()) {
+            (Some(nodes), ..) | (None, Some((_, nodes)), None) => nodes,
+            _ => return Err(self.unknown_set(mesh, name, field)),
         };
         if nodes.is_empty() {
             let accepted = "a node set that is not empty".to_owned();
             return Err(self.error(field, FaceFileErrorKind::Value { value: name.to_owned(), accepted }));
         }
         Ok(nodes.clone())
+    }
+
+    fn unknown_set(&self, mesh: &Mesh, name: &str, field: &str) -> FaceFileError {
+        let all = || mesh.node_sets.keys().map(String::as_str);
+        // A name that several parts of a file have stands for none of their sets.
+        let of_part =
+            |set: &&str| set.rsplit_once('.').is_some_and(|(_, own)| own.eq_ignore_ascii_case(name));
+        let parts: Vec<String> = all().filter(of_part).map(str::to_owned).collect();
+        let (nearest, known) = match parts[..] {
+            [] => (nearest(name, all()).map(str::to_owned), all().map(str::to_owned).collect()),
+            _ => (None, parts),
+        };
+        let (name, no_sets) = (name.to_owned(), self.no_sets.clone());
+        self.error(field, FaceFileErrorKind::UnknownSet { name, nearest, known, no_sets })
     }
 }

@@ -80,7 +80,7 @@ impl<'a> Cursor<'a> {
                         return Ok(Some(name.to_owned()));
                     }
                     None => {
-                        let found = line.chars().take(40).collect();
+                        let found = text::shown(&line);
                         let kind = MeshFileErrorKind::Syntax { expected: "a $ section".into(), found };
                         return Err(MeshFileError::new(start.of(self.file), kind));
                     }
@@ -127,7 +127,20 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    fn skip_blank(&mut self) {
+    /// Goes to the line that is `what`; returns whether there is one.
+    pub(super) fn go_to(&mut self, what: &[u8]) -> bool {
+        let mut passed = 0;
+        for line in self.rest().split_inclusive(|b| *b == b'\n') {
+            if line.trim_ascii() == what {
+                self.advance(passed);
+                return true;
+            }
+            passed += line.len();
+        }
+        false
+    }
+
+    pub(super) fn skip_blank(&mut self) {
         let n = self.rest().iter().take_while(|b| b.is_ascii_whitespace()).count();
         self.advance(n);
     }
@@ -150,7 +163,7 @@ impl<'a> Cursor<'a> {
         if self.binary.is_some() || self.at_row_end() {
             return Ok(());
         }
-        let found = self.word("row")?.to_owned();
+        let found = text::shown(self.word("row")?);
         self.fail("row", MeshFileErrorKind::Syntax { expected: "the end of the row".into(), found })
     }
 

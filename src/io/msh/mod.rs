@@ -2,6 +2,7 @@
 
 mod cursor;
 mod element;
+mod groups;
 mod reader;
 
 pub(super) use reader::parse;

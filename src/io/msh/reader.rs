@@ -1,36 +1,41 @@
 //! Reads MSH files.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-use super::super::mesh_file_error::{MeshFileError, MeshFileErrorKind};
-use super::super::numbered::NumberedMesh;
+use super::super::mesh_document::MeshDocument;
+use super::super::mesh_file_error::{MAX_MEMBERS, MeshFileError, MeshFileErrorKind};
+use super::super::numbered::{NumberedMesh, Place};
 use super::super::text;
 use super::cursor::Cursor;
 use super::element::{ElementType, element_type, reorder};
-use crate::mesh::Mesh;
+use crate::mesh::{CellKind, MAX_NODES};
 use crate::units::Vec3;
 
 type Result<T> = std::result::Result<T, MeshFileError>;
 
 /// What a group without a name is called, by dimension, before `=` and its number.
-const DIMENSIONS: [&str; 4] = ["point", "curve", "surface", "volume"];
+pub(super) const DIMENSIONS: [&str; 4] = ["point", "curve", "surface", "volume"];
 const EXPORT: &str = "save as MSH 2.2 or 4.1 (`gmsh -3 -format msh41`)";
 
 /// The mesh in the MSH file `file` whose content is `bytes`, in the file's unit.
-pub(in super::super) fn parse(file: &Path, bytes: &[u8]) -> Result<Mesh> {
+pub(in super::super) fn parse(file: &Path, bytes: &[u8]) -> Result<MeshDocument> {
     let bytes = text::without_bom(bytes);
     let mut reader = Reader {
         cursor: Cursor::new(file, bytes),
         mesh: NumberedMesh::new(file),
         names: HashMap::new(),
         physical: HashMap::new(),
+        groups: BTreeMap::new(),
+        n_members: 0,
+        cells: HashMap::new(),
     };
     let four = reader.format(file, bytes)?;
     while let Some(section) = reader.cursor.section()? {
         match section.as_str() {
             "PhysicalNames" => reader.physical_names()?,
-            "Entities" if four => reader.entities()?,
+            "Entities" if four => reader.entities(false)?,
+            "PartitionedEntities" if four => reader.partitioned_entities()?,
             "Nodes" if four => reader.nodes_4()?,
             "Elements" if four => reader.elements_4()?,
             "Nodes" => reader.nodes_2()?,
@@ -38,27 +43,42 @@ pub(in super::super) fn parse(file: &Path, bytes: &[u8]) -> Result<Mesh> {
             _ => reader.cursor.skip_section()?,
         }
     }
+    reader.named_groups()?;
     reader.mesh.finish()
 }
 
-struct Reader<'a> {
-    cursor: Cursor<'a>,
-    mesh: NumberedMesh<'a>,
+pub(super) struct Reader<'a> {
+    pub(super) cursor: Cursor<'a>,
+    pub(super) mesh: NumberedMesh<'a>,
     /// Names of physical groups by dimension and number.
-    names: HashMap<(usize, i128), String>,
+    pub(super) names: HashMap<(usize, i128), String>,
     /// Physical groups of entities by dimension and number.
-    physical: HashMap<(usize, i128), Vec<i128>>,
+    pub(super) physical: HashMap<(usize, i128), Vec<i128>>,
+    /// Nodes or, of dimension 3, elements of each physical group, with the places of the elements.
+    pub(super) groups: BTreeMap<(usize, i128), Vec<(u64, Place)>>,
+    pub(super) n_members: usize,
+    /// The element that has these nodes: version 2 repeats a cell that is in two groups.
+    pub(super) cells: HashMap<(CellKind, [u64; MAX_NODES]), u64>,
 }
 
 impl Reader<'_> {
     /// Reads the header; returns whether the version is 4.1.
     fn format(&mut self, file: &Path, bytes: &[u8]) -> Result<bool> {
-        let first = self.cursor.line().unwrap_or_default();
-        if first != "$MeshFormat" {
+        if !self.cursor.go_to(b"$MeshFormat") {
             text::text(file, bytes)?;
-            let found = first.chars().take(40).collect();
-            return self.cursor.fail("", MeshFileErrorKind::Syntax { expected: "$MeshFormat".into(), found });
+            let kind = match self.cursor.go_to(b"$NOD") {
+                true => {
+                    let what = "MSH version 1".to_owned();
+                    MeshFileErrorKind::UnsupportedFormat { what, fix: EXPORT }
+                }
+                false => {
+                    let expected = "$MeshFormat".to_owned();
+                    MeshFileErrorKind::Syntax { expected, found: "another section".to_owned() }
+                }
+            };
+            return self.cursor.fail("version", kind);
         }
+        self.cursor.line();
         let at = self.cursor.location("version");
         let line = self.cursor.line().unwrap_or_default();
         let words: Vec<&str> = line.split_whitespace().collect();
@@ -68,16 +88,19 @@ impl Reader<'_> {
         };
         let [version, kind, size] = words[..] else {
             let expected = "version, file type and data size".to_owned();
-            return Err(MeshFileError::new(at, MeshFileErrorKind::Syntax { expected, found: line }));
+            return Err(MeshFileError::new(
+                at,
+                MeshFileErrorKind::Syntax { expected, found: text::shown(&line) },
+            ));
         };
         let four = match version {
             "2.2" | "2" | "2.0" | "2.1" => false,
             "4.1" => true,
-            _ => return unsupported(format!("MSH version {version}")),
+            _ => return unsupported(format!("MSH version {}", text::shown(version))),
         };
         if kind == "1" {
             if size != "8" {
-                return unsupported(format!("binary MSH with data size {size}"));
+                return unsupported(format!("binary MSH with data size {}", text::shown(size)));
             }
             self.cursor.binary = Some(false);
             match self.cursor.int("byte order")? {
@@ -90,62 +113,6 @@ impl Reader<'_> {
         }
         self.cursor.end_section("rows", 0)?;
         Ok(four)
-    }
-
-    fn physical_names(&mut self) -> Result<()> {
-        let count = self.cursor.line().unwrap_or_default();
-        let n = text::integer(&count, || self.cursor.location("count"))?;
-        let n = self.cursor.count(n, "names", 2)?;
-        for _ in 0..n {
-            let at = self.cursor.location("name");
-            let line = self.cursor.line().unwrap_or_default();
-            let mut words = line.splitn(3, ' ');
-            let mut number = || words.next().and_then(|w| w.parse::<i128>().ok());
-            let (dimension, tag) = (number(), number());
-            let name = words.next().map(|w| w.trim().trim_matches('"'));
-            match (dimension.and_then(|d| usize::try_from(d).ok()), tag, name) {
-                (Some(dimension @ 0..4), Some(tag), Some(name)) => {
-                    self.names.insert((dimension, tag), name.to_owned());
-                }
-                _ => {
-                    let expected = "dimension, number and \"name\"".to_owned();
-                    return Err(MeshFileError::new(at, MeshFileErrorKind::Syntax { expected, found: line }));
-                }
-            }
-        }
-        self.cursor.end_section("names", n)
-    }
-
-    fn entities(&mut self) -> Result<()> {
-        let c = &mut self.cursor;
-        c.begin_row("entities", 0, 1)?;
-        let mut counts = [0; 4];
-        for (count, name) in counts.iter_mut().zip(DIMENSIONS) {
-            let declared = c.size(name)?;
-            *count = c.count(declared, name, 4)?;
-        }
-        c.end_row()?;
-        for (dimension, &count) in counts.iter().enumerate() {
-            for k in 0..count {
-                c.begin_row(DIMENSIONS[dimension], k, count)?;
-                let tag = c.int("entity")?;
-                for _ in 0..if dimension == 0 { 3 } else { 6 } {
-                    c.double("bounds")?;
-                }
-                let declared = c.size("physical groups")?;
-                let n = c.count(declared, "physical groups", 4)?;
-                let groups = (0..n).map(|_| c.int("physical group")).collect::<Result<Vec<_>>>()?;
-                self.physical.insert((dimension, tag), groups);
-                if dimension > 0 {
-                    let declared = c.size("bounding entities")?;
-                    for _ in 0..c.count(declared, "bounding entities", 4)? {
-                        c.int("bounding entity")?;
-                    }
-                }
-                c.end_row()?;
-            }
-        }
-        c.end_section("entities", counts.iter().sum())
     }
 
     fn point(&mut self) -> Result<Vec3> {
@@ -199,7 +166,7 @@ impl Reader<'_> {
                     let value = self.cursor.int("tag")?;
                     // The first tag is the physical group, 0 if there is none.
                     if tag == 0 && value != 0 {
-                        groups.push(value);
+                        groups.push(value.abs());
                     }
                 }
                 self.element(id, kind, &groups)?;
@@ -214,11 +181,12 @@ impl Reader<'_> {
     fn element(&mut self, id: i128, kind: i128, groups: &[i128]) -> Result<()> {
         let place = self.cursor.place();
         let id = self.cursor.id(id, "element")?;
-        let (dimension, n) = match element_type(kind) {
-            ElementType::Cell(kind) => (3, kind.n_nodes()),
-            ElementType::Lower(dimension, n) => (dimension, n),
+        let element_type = element_type(kind);
+        let (dimension, n) = match &element_type {
+            ElementType::Cell(_, n, _) => (3, *n),
+            ElementType::Lower(dimension, n) => (*dimension, *n),
             ElementType::Unsupported(name) => {
-                let kind = MeshFileErrorKind::UnsupportedElement { id: id.to_string(), name };
+                let kind = MeshFileErrorKind::UnsupportedElement { id: id.to_string(), name: name.clone() };
                 return self.cursor.fail("type", kind);
             }
         };
@@ -227,19 +195,38 @@ impl Reader<'_> {
             let node = self.cursor.node_number()?;
             nodes.push(self.cursor.id(node, "node")?);
         }
-        if let ElementType::Cell(kind) = element_type(kind) {
-            reorder(kind, &mut nodes);
-            self.mesh.element(id, kind, &nodes, place)?;
-        } else {
-            self.mesh.lower_element(id, place)?;
+        let mut member = id;
+        match element_type {
+            ElementType::Cell(kind, _, name) => {
+                reorder(kind, &mut nodes);
+                let mut key = [0; MAX_NODES];
+                key.iter_mut().zip(&nodes).take(kind.n_nodes()).for_each(|(k, node)| *k = *node);
+                let known = if self.cursor.wide_nodes { None } else { self.cells.get(&(kind, key)) };
+                match known {
+                    // Version 4 has an element once, with all its groups.
+                    Some(same) if !groups.is_empty() => member = *same,
+                    _ => {
+                        self.mesh.element(id, kind, name, &nodes, place)?;
+                        if !self.cursor.wide_nodes {
+                            self.cells.insert((kind, key), id);
+                        }
+                    }
+                }
+            }
+            _ if !self.cursor.wide_nodes && self.mesh.is_lower(id) => {}
+            _ => self.mesh.lower_element(id, place)?,
         }
         for &group in groups {
-            let name = self.names.get(&(dimension, group)).cloned();
-            let name = name.unwrap_or_else(|| format!("{}={group}", DIMENSIONS[dimension]));
-            if dimension == 3 {
-                self.mesh.add_to_element_set(&name, &[id], place);
-            } else {
-                self.mesh.add_to_node_set(&name, &nodes, place);
+            let members = self.groups.entry((dimension, group)).or_default();
+            let before = members.len();
+            match dimension {
+                3 => members.push((member, place)),
+                _ => members.extend(nodes.iter().map(|node| (*node, place))),
+            }
+            self.n_members += members.len() - before;
+            if self.n_members > MAX_MEMBERS {
+                let (what, most) = ("members of all groups together".to_owned(), MAX_MEMBERS as u64);
+                return self.cursor.fail("physical group", MeshFileErrorKind::TooMuch { what, most });
             }
         }
         Ok(())
@@ -302,8 +289,7 @@ impl Reader<'_> {
             let n = c.count(n, "elements", 16)?;
             c.end_row()?;
             let key = (usize::try_from(dimension).unwrap_or(usize::MAX), entity);
-            let groups: Vec<i128> =
-                self.physical.get(&key).into_iter().flatten().map(|group| group.abs()).collect();
+            let groups: Vec<i128> = self.physical.get(&key).cloned().unwrap_or_default();
             for k in 0..n {
                 self.cursor.begin_row("elements", k, n)?;
                 let id = self.cursor.size("element")?;

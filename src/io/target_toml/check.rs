@@ -24,6 +24,12 @@ const LARGEST_POSITION_MM: f64 = 500.0;
 /// When several points all lie within this of the stomion, mm, the figures are in metres.
 const SMALLEST_POSITION_MM: f64 = 0.5;
 
+/// A point other than the stomion that is nearer to it than this, mm, along every axis is in metres.
+const IN_METRES_MM: f64 = 0.1;
+
+/// Longest name of a target or plan, bytes: file systems take 255.
+const LONGEST_NAME: usize = 100;
+
 type Checked<T> = Result<T, TargetFileError>;
 
 /// Checks one file; keeps the lines for messages and collects the warnings.
@@ -40,13 +46,16 @@ impl<'a> Checker<'a> {
 
     pub(super) fn target(&mut self, table: TargetTable) -> Checked<Target> {
         self.named("name", &table.name)?;
+        word(self.lines, "name", &table.name)?;
         let markers = self.each("markers", &table.markers, Self::marker)?;
         self.scale(&markers)?;
+        let features = self.each("features", &table.features, Self::feature)?;
+        self.feature_scale(&features)?;
         Ok(Target {
             markers,
-            features: self.each("features", &table.features, Self::feature)?,
+            features,
             symmetry: self.each("symmetry", &table.symmetry, Self::symmetry)?,
-            effort: self.not_negative("effort", table.effort)?,
+            effort: self.effort(table.effort)?,
             bounds: self.bounds(&table.bounds)?,
             jaw_opening: table.jaw_opening_mm.map(|value| self.jaw_opening(value)).transpose()?,
             tied: self.each("tied", &table.tied, Self::tied)?,
@@ -107,7 +116,7 @@ impl<'a> Checker<'a> {
             let at = self.lines.location(at);
             self.warnings.push(TargetWarning::MissingMarker { at, name: name.clone() });
         }
-        let sigma_mm = self.positive(&format!("{at}.sigma_mm"), table.sigma_mm)?;
+        let sigma_mm = self.sigma(&format!("{at}.sigma_mm"), table.sigma_mm)?;
         Ok(Marker { name, at: marker_at, goal, sigma_mm })
     }
 
@@ -139,7 +148,7 @@ impl<'a> Checker<'a> {
             }
             (None, Some(change)) => FeatureGoal::Change(self.length(&format!("{at}.change_mm"), change)?),
         };
-        let sigma_mm = self.positive(&format!("{at}.sigma_mm"), table.sigma_mm)?;
+        let sigma_mm = self.sigma(&format!("{at}.sigma_mm"), table.sigma_mm)?;
         Ok(Feature { name, from, to, axis, goal, sigma_mm })
     }
 
@@ -147,7 +156,7 @@ impl<'a> Checker<'a> {
         let left = self.place(&format!("{at}.left"), &table.left)?;
         let right = self.place(&format!("{at}.right"), &table.right)?;
         self.differ(at, ("left", &table.left), ("right", &table.right))?;
-        let sigma_mm = self.positive(&format!("{at}.sigma_mm"), table.sigma_mm)?;
+        let sigma_mm = self.sigma(&format!("{at}.sigma_mm"), table.sigma_mm)?;
         Ok(MirroredPair { left, right, sigma_mm })
     }
 
@@ -180,6 +189,10 @@ impl<'a> Checker<'a> {
             let field = format!("{}{key}", JawOpening::FIELD);
             self.finite(&field, value)?;
             let most = Jaw::WIDEST_MM;
+            if 0.0 < value && value < SMALLEST_DISPLACEMENT_MM {
+                let (at, problem) = (self.at(&field), "is less than a jaw opens");
+                return Err(TargetFileError::Scale { at, value, problem });
+            }
             if (0.0..=most).contains(&value) {
                 return Ok(value);
             }
@@ -242,6 +255,34 @@ impl<'a> Checker<'a> {
         {
             return wrong(i, "position_mm", size, "is the largest coordinate, under 0.5 mm");
         }
+        let rests = markers.iter().enumerate().filter_map(|(i, m)| match &m.at {
+            Place::Point(p) => Some((i, p.amax())),
+            Place::Landmark(_) => None,
+        });
+        let rests: Vec<(usize, f64)> = rests.collect();
+        if let Some((i, size)) = largest(&rests)
+            && rests.len() > 1
+            && (0.0 < size && size < SMALLEST_POSITION_MM)
+        {
+            return wrong(i, "point_mm", size, "is the largest coordinate of a rest point, under 0.5 mm");
+        }
+        Ok(())
+    }
+
+    /// Refuses lengths so small that the file is not in millimetres.
+    fn feature_scale(&self, features: &[Feature]) -> Checked<()> {
+        let sizes = features.iter().enumerate().map(|(i, f)| match f.goal {
+            FeatureGoal::Value(value) => (i, "value_mm", value),
+            FeatureGoal::Change(change) => (i, "change_mm", change),
+        });
+        let Some((i, key, value)) = sizes.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs())) else {
+            return Ok(());
+        };
+        if 0.0 < value.abs() && value.abs() < SMALLEST_DISPLACEMENT_MM {
+            let (at, problem) =
+                (self.at(&format!("features[{i}].{key}")), "is the largest length, under 0.05 mm");
+            return Err(TargetFileError::Scale { at, value, problem });
+        }
         Ok(())
     }
 
@@ -255,7 +296,13 @@ impl<'a> Checker<'a> {
                 for (k, &x) in point.iter().enumerate() {
                     self.length(&format!("{field}[{k}]"), x)?;
                 }
-                Ok(Place::Point(Vec3::from(*point)))
+                let point = Vec3::from(*point);
+                let value = point.amax();
+                if 0.0 < value && value < IN_METRES_MM {
+                    let (at, problem) = (self.at(field), "is the largest coordinate of a rest point");
+                    return Err(TargetFileError::Scale { at, value, problem });
+                }
+                Ok(Place::Point(point))
             }
         }
     }
@@ -325,6 +372,26 @@ impl<'a> Checker<'a> {
         Err(TargetFileError::NotPositive { at: self.at(field), value })
     }
 
+    fn sigma(&self, field: &str, value: f64) -> Checked<f64> {
+        self.positive(field, value)?;
+        let accepted = Target::SIGMA_MM;
+        if (accepted[0]..=accepted[1]).contains(&value) {
+            return Ok(value);
+        }
+        let (at, what) = (self.at(field), "mm, how far the value may be off");
+        Err(TargetFileError::OutOfRange { at, value, accepted, what })
+    }
+
+    fn effort(&self, value: f64) -> Checked<f64> {
+        self.not_negative("effort", value)?;
+        let accepted = [0.0, Target::MOST_EFFORT];
+        if value <= accepted[1] {
+            return Ok(value);
+        }
+        let (at, what) = (self.at("effort"), "the weight of the squared activations");
+        Err(TargetFileError::OutOfRange { at, value, accepted, what })
+    }
+
     fn not_negative(&self, field: &str, value: f64) -> Checked<f64> {
         self.finite(field, value)?;
         if value >= 0.0 {
@@ -360,4 +427,14 @@ impl<'a> Checker<'a> {
     fn first_line(&self, field: &str) -> usize {
         self.at(field).line.unwrap_or(0)
     }
+}
+
+/// Refuses a name that is not one word: it becomes the name of a folder.
+pub(in crate::io) fn word(lines: &FieldLines, field: &str, name: &str) -> Checked<()> {
+    let is_plain = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
+    if !name.is_empty() && name.len() <= LONGEST_NAME && name.chars().all(is_plain) {
+        return Ok(());
+    }
+    let (at, most) = (Box::new(lines.location(field)), LONGEST_NAME);
+    Err(TargetFileError::Name { at, value: name.chars().take(LONGEST_NAME).collect(), most })
 }

@@ -2,19 +2,20 @@
 
 use thiserror::Error;
 
-use crate::io::Location;
+use crate::io::{Location, UnreadableText};
+use crate::units::counted;
 
 /// Why a target file was refused.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TargetFileError {
     /// The file cannot be opened or is not text.
-    #[error("{at}: cannot be read: {reason}; check the path, and that it is UTF-8 text")]
+    #[error("{at}: {reason}")]
     Unreadable {
         /// The file.
         at: Box<Location>,
-        /// What the system says.
-        reason: std::io::Error,
+        /// Why not.
+        reason: UnreadableText,
     },
     /// The text is not TOML.
     #[error("{at}: not TOML: {reason}; targets/README.md shows the form")]
@@ -54,7 +55,7 @@ pub enum TargetFileError {
     },
     /// A row of the wrong length.
     #[error(
-        "{at}: {value} has {found} entries; write {expected}, with a decimal point and nan where missing"
+        "{at}: {value} has {}; write {expected}, with a decimal point and nan where missing", counted(*.found, "entry")
     )]
     WrongLength {
         /// The field.
@@ -73,6 +74,19 @@ pub enum TargetFileError {
         at: Box<Location>,
         /// The unit.
         value: String,
+    },
+    /// A name that is not one plain word.
+    #[error(
+        "{at}: {value:?} is no name; write one word of letters, digits, `_` and `-`, of at most {most} bytes: it becomes the \
+         name of a folder"
+    )]
+    Name {
+        /// The field.
+        at: Box<Location>,
+        /// The name, shortened.
+        value: String,
+        /// Longest name accepted, bytes.
+        most: usize,
     },
     /// An empty name.
     #[error("{at}: empty; give it a name")]
@@ -127,6 +141,18 @@ pub enum TargetFileError {
         at: Box<Location>,
         /// The value.
         value: f64,
+    },
+    /// A number so small or large that nothing can be computed with it.
+    #[error("{at}: {value:e} is out of range; write {:e} to {:e}: {what}", .accepted[0], .accepted[1])]
+    OutOfRange {
+        /// The field.
+        at: Box<Location>,
+        /// The value.
+        value: f64,
+        /// Least and greatest value accepted.
+        accepted: [f64; 2],
+        /// Unit and meaning.
+        what: &'static str,
     },
     /// A number below zero.
     #[error("{at}: {value} is negative; write 0 or more")]

@@ -11,7 +11,7 @@ use serde::{Deserialize, Deserializer, de};
 #[serde(deny_unknown_fields)]
 #[schemars(title = "Modiolus target", transform = accept_singular_names)]
 pub(super) struct TargetTable {
-    /// Name of the target, one word.
+    /// Name of the target, one word of letters, digits, `_` and `-`.
     pub(super) name: String,
     /// What it is, one sentence.
     #[serde(default)]

@@ -7,6 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::file::SINGULAR;
 use crate::io::Location;
+use crate::io::lines::Lines;
 
 /// Where each field of a file stands, by its path: `markers[2].landmark`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -18,7 +19,7 @@ pub struct FieldLines {
 impl FieldLines {
     pub(in crate::io) fn of(file: &Path, text: &str, root: &DeTable<'_>) -> Self {
         let mut lines = Self { file: file.to_owned(), lines: BTreeMap::new() };
-        lines.add_table(text, "", root);
+        lines.add_table(&Lines::new(text), "", root);
         lines
     }
 
@@ -56,21 +57,21 @@ impl FieldLines {
         self.lines.retain(|path, _| !path.starts_with(&prefix));
     }
 
-    fn add_table(&mut self, text: &str, path: &str, table: &DeTable<'_>) {
+    fn add_table(&mut self, text: &Lines, path: &str, table: &DeTable<'_>) {
         for (key, value) in table {
             let path = join(path, plural(path, key.get_ref()));
-            self.lines.insert(path.clone(), line_of(text, key.span().start));
+            self.lines.insert(path.clone(), text.of(key.span().start));
             self.add_value(text, &path, value.get_ref());
         }
     }
 
-    fn add_value(&mut self, text: &str, path: &str, value: &DeValue<'_>) {
+    fn add_value(&mut self, text: &Lines, path: &str, value: &DeValue<'_>) {
         match value {
             DeValue::Table(table) => self.add_table(text, path, table),
             DeValue::Array(items) => {
                 for (i, item) in items.iter().enumerate() {
                     let path = format!("{path}[{i}]");
-                    self.lines.insert(path.clone(), line_of(text, item.span().start));
+                    self.lines.insert(path.clone(), text.of(item.span().start));
                     self.add_value(text, &path, item.get_ref());
                 }
             }

@@ -12,6 +12,7 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::de::DeTable;
 
+pub(super) use check::word;
 pub use error::{TargetFileError, TargetWarning};
 pub use lines::FieldLines;
 pub(super) use lines::line_of;
@@ -19,8 +20,9 @@ pub(super) use shape::check_table;
 
 use self::check::Checker;
 use self::file::TargetTable;
-use super::Location;
+use super::input_file::read_text;
 use super::schema::toml_schema_of;
+use super::{Location, sha256};
 use crate::inverse::Target;
 
 /// A target as its file states it, with the line of each field.
@@ -32,6 +34,8 @@ pub struct TargetDocument {
     pub lines: FieldLines,
     /// What is odd about the file.
     pub warnings: Vec<TargetWarning>,
+    /// SHA-256 of the text that was parsed.
+    pub sha256: String,
 }
 
 /// Reads the target file `path`.
@@ -40,7 +44,7 @@ pub struct TargetDocument {
 /// [`TargetFileError`] when the file is not a target: it names the line, the field, the value and
 /// the remedy.
 pub fn read_target(path: &Path) -> Result<TargetDocument, TargetFileError> {
-    let text = std::fs::read_to_string(path)
+    let text = read_text(path)
         .map_err(|reason| TargetFileError::Unreadable { at: Box::new(Location::file(path)), reason })?;
     parse_target(&text, path)
 }
@@ -50,6 +54,7 @@ pub fn read_target(path: &Path) -> Result<TargetDocument, TargetFileError> {
 /// # Errors
 /// As [`read_target`].
 pub fn parse_target(text: &str, path: &Path) -> Result<TargetDocument, TargetFileError> {
+    let sha256 = sha256(text.as_bytes());
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let not_toml = |e: toml::de::Error| TargetFileError::Syntax {
         at: Box::new(Location::file(path).at_line(line_of(text, e.span().map_or(0, |s| s.start)))),
@@ -70,7 +75,7 @@ pub fn parse_target(text: &str, path: &Path) -> Result<TargetDocument, TargetFil
     let mut checker = Checker::new(&lines);
     let target = checker.target(table)?;
     let warnings = checker.warnings;
-    Ok(TargetDocument { target, lines, warnings })
+    Ok(TargetDocument { target, lines, warnings, sha256 })
 }
 
 /// The JSON schema of target files, as in `schemas/target.schema.json`.

@@ -35,6 +35,18 @@ pub struct VtuData {
 /// # Errors
 /// If a field has not one value (three for vectors) a node or cell, or the file system refuses.
 pub fn write_vtu(path: &Path, mesh: &Mesh, data: &VtuData) -> Result<(), MeshFileError> {
+    let text = vtu_text(path, mesh, data)?;
+    write_atomically(path, text.as_bytes()).map_err(|e| {
+        let reason = e.kind.to_string();
+        MeshFileError::new(Location::file(path), MeshFileErrorKind::Io { reason })
+    })
+}
+
+/// What [`write_vtu`] writes; `path` is only named in messages.
+///
+/// # Errors
+/// If a field has not one value (three for vectors) a node or cell.
+pub fn vtu_text(path: &Path, mesh: &Mesh, data: &VtuData) -> Result<String, MeshFileError> {
     let (n, e) = (mesh.n_nodes(), mesh.cells.len());
     let fields = [(&data.point_vectors, 3 * n), (&data.point_scalars, n), (&data.cell_scalars, e)];
     let floats = fields.iter().flat_map(|(map, len)| map.iter().map(|(k, v)| (k, v.len(), *len)));
@@ -52,7 +64,7 @@ pub fn write_vtu(path: &Path, mesh: &Mesh, data: &VtuData) -> Result<(), MeshFil
     let io = |e: std::io::Error| {
         MeshFileError::new(Location::file(path), MeshFileErrorKind::Io { reason: e.to_string() })
     };
-    write_atomically(path, document(mesh, data).map_err(io)?.as_bytes()).map_err(io)
+    document(mesh, data).map_err(io)
 }
 
 fn document(mesh: &Mesh, data: &VtuData) -> std::io::Result<String> {
@@ -151,8 +163,21 @@ fn array<T: Copy, const N: usize>(
     Ok(())
 }
 
+/// `name` as an attribute of XML, which makes blanks of tabs and line breaks and has no other control characters.
 fn escaped(name: &str) -> String {
-    name.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    let mut escaped = String::with_capacity(name.len());
+    for c in name.chars() {
+        match c {
+            '&' => escaped += "&amp;",
+            '<' => escaped += "&lt;",
+            '>' => escaped += "&gt;",
+            '"' => escaped += "&quot;",
+            '\t' | '\n' | '\r' => escaped += &format!("&#{};", u32::from(c)),
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => escaped.push('\u{fffd}'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
 }
 
 fn vtk_type(kind: CellKind) -> u8 {

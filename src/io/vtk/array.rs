@@ -1,20 +1,23 @@
-//! VTU data arrays: ASCII, base64 and raw, plain and zlib.
+//! Data arrays of VTK's XML: ASCII, base64 and raw, plain and compressed.
 
-use std::io::Read;
+use std::cell::Cell;
 
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
-use flate2::read::ZlibDecoder;
 use roxmltree::Node;
 
+use super::super::lines::Lines;
 use super::super::mesh_file_error::{MeshFileError, MeshFileErrorKind};
 use super::super::{Location, text};
+use super::compression::Compression;
 
 type Result<T> = std::result::Result<T, MeshFileError>;
 
-/// Most bytes that one byte of a zlib stream can become.
-pub(super) const ZLIB_RATIO: u64 = 1032;
+/// Most bytes that the arrays of a small file may have when they are unpacked: 256 MiB. A larger file may have
+/// as many times its size more as arrays of zeros and ones take.
+pub(super) const ARRAYS: usize = 1 << 28;
+pub(super) const ARRAYS_PER_BYTE: usize = 8;
 
 /// Header and data may be encoded apart, each with its own padding, or together.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -28,7 +31,9 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 pub(super) struct Encoding<'a> {
     pub(super) big_endian: bool,
     pub(super) wide_header: bool,
-    pub(super) zlib: bool,
+    pub(super) compression: Option<Compression>,
+    /// Bytes that the arrays of the file may still have: they may all be the same few.
+    pub(super) left: Cell<usize>,
     pub(super) appended: Option<Appended<'a>>,
 }
 
@@ -43,16 +48,31 @@ pub(super) struct Appended<'a> {
 /// The numbers of an array.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Values {
-    Int(Vec<i128>),
+    Int(Vec<i64>),
     Float(Vec<f64>),
 }
 
-impl Values {
-    pub(super) fn len(&self) -> usize {
-        match self {
-            Self::Int(v) => v.len(),
-            Self::Float(v) => v.len(),
+/// How many entries an array must have, of how many numbers each, and what they are called.
+#[derive(Clone, Copy)]
+pub(super) struct Expected<'a> {
+    pub(super) what: &'a str,
+    pub(super) entries: usize,
+    pub(super) each: usize,
+}
+
+impl Expected<'_> {
+    /// Refuses an array of `found` numbers, if it is not as expected.
+    fn check(&self, found: usize, at: &Location) -> Result<()> {
+        if self.entries.checked_mul(self.each) == Some(found) {
+            return Ok(());
         }
+        let each = self.each.max(1);
+        let what = match each {
+            1 => self.what.to_owned(),
+            _ => format!("{} ({each} numbers each)", self.what),
+        };
+        let (declared, found) = (self.entries as u64, (found / each) as u64);
+        Err(MeshFileError::new(at.clone(), MeshFileErrorKind::CountMismatch { what, declared, found }))
     }
 }
 
@@ -88,19 +108,25 @@ impl Scalar {
     }
 }
 
-/// The numbers of `DataArray` element `node`; `at` is the place of the element.
-pub(super) fn values(node: Node<'_, '_>, encoding: &Encoding<'_>, at: &Location) -> Result<Values> {
+/// The numbers of `DataArray` element `node`, as many as `expected`; `at` is the place of the element.
+pub(super) fn values(
+    node: Node<'_, '_>,
+    encoding: &Encoding<'_>,
+    lines: &Lines,
+    expected: Expected<'_>,
+    at: &Location,
+) -> Result<Values> {
     let fail = |kind| Err(MeshFileError::new(at.clone(), kind));
-    let kind = node.attribute("type").unwrap_or("none");
+    let kind = attribute(node, "type").unwrap_or("none");
     let Some(scalar) = Scalar::parse(kind) else {
         let expected = "type Float32, Float64, Int8..Int64 or UInt8..UInt64".to_owned();
-        return fail(MeshFileErrorKind::Syntax { expected, found: kind.to_owned() });
+        return fail(MeshFileErrorKind::Syntax { expected, found: text::shown(kind) });
     };
-    match node.attribute("format").unwrap_or("ascii") {
-        "ascii" => ascii(node, scalar, at),
+    match attribute(node, "format").unwrap_or("ascii") {
+        "ascii" => ascii(node, scalar, lines, expected, at),
         "binary" => {
             let text: Vec<u8> = node_text(node).bytes().filter(|b| !b.is_ascii_whitespace()).collect();
-            let bytes = decode(&Stream { bytes: &text, base64: true, at }, encoding)?;
+            let bytes = decode(&Stream { bytes: &text, base64: true, at }, encoding, scalar, expected)?;
             numbers(&bytes, scalar, encoding.big_endian, at)
         }
         "appended" => {
@@ -108,46 +134,80 @@ pub(super) fn values(node: Node<'_, '_>, encoding: &Encoding<'_>, at: &Location)
                 let expected = "an AppendedData section".to_owned();
                 return fail(MeshFileErrorKind::Truncated { expected });
             };
-            let offset = node.attribute("offset").unwrap_or("none");
+            let offset = attribute(node, "offset").unwrap_or("none");
             let start = text::integer(offset, || at.clone().in_field("offset"))?;
             let Some(bytes) = usize::try_from(start).ok().and_then(|start| section.bytes.get(start..)) else {
                 let expected = format!("offset {start} of the appended data");
                 return fail(MeshFileErrorKind::Truncated { expected });
             };
             let at = at.clone().at_byte(section.start + section.bytes.len() - bytes.len());
-            let bytes = decode(&Stream { bytes, base64: section.base64, at: &at }, encoding)?;
+            let stream = Stream { bytes, base64: section.base64, at: &at };
+            let bytes = decode(&stream, encoding, scalar, expected)?;
             numbers(&bytes, scalar, encoding.big_endian, &at)
         }
         other => {
             let expected = "format ascii, binary or appended".to_owned();
-            fail(MeshFileErrorKind::Syntax { expected, found: other.to_owned() })
+            fail(MeshFileErrorKind::Syntax { expected, found: text::shown(other) })
         }
     }
+}
+
+/// Attribute `name` of `node` without the blanks that some writers pad it with.
+pub(super) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
+    node.attribute(name).map(str::trim)
 }
 
 fn node_text(node: Node<'_, '_>) -> String {
-    node.children().filter_map(|child| child.text()).collect()
+    node.children().filter(Node::is_text).filter_map(|child| child.text()).collect()
 }
 
-fn ascii(node: Node<'_, '_>, scalar: Scalar, at: &Location) -> Result<Values> {
-    let body = node_text(node);
+/// The words of the text `body` of `node`, each with its line.
+fn words<'a>(body: &'a str, node: Node<'_, '_>, lines: &Lines) -> impl Iterator<Item = (usize, &'a str)> {
     // The text starts on the line where the opening tag ends.
-    let first =
-        node.first_child().map_or(1, |child| node.document().text_pos_at(child.range().start).row as usize);
-    let words = || {
-        let lines = body.split('\n').enumerate();
-        lines.flat_map(|(k, line)| line.split_whitespace().map(move |word| (first + k, word)))
-    };
+    let first = node.children().find(Node::is_text).map_or(1, |child| lines.of(child.range().start));
+    let numbered = body.split('\n').enumerate();
+    numbered.flat_map(move |(k, line)| line.split_whitespace().map(move |word| (first + k, word)))
+}
+
+/// Number `k` of the array `node` as its file has it, and its line, where numbers are written as text.
+pub(super) fn written(node: Node<'_, '_>, lines: &Lines, k: usize) -> Option<(usize, String)> {
+    if attribute(node, "format").unwrap_or("ascii") != "ascii" {
+        return None;
+    }
+    words(&node_text(node), node, lines).nth(k).map(|(line, word)| (line, text::shown(word)))
+}
+
+fn ascii(
+    node: Node<'_, '_>,
+    scalar: Scalar,
+    lines: &Lines,
+    expected: Expected<'_>,
+    at: &Location,
+) -> Result<Values> {
+    let body = node_text(node);
+    let words = || words(&body, node, lines);
     match scalar {
         Scalar::Float { .. } => {
-            let parse = |(line, word)| text::number(word, || at.clone().at_line(line));
-            Ok(Values::Float(words().map(parse).collect::<Result<_>>()?))
+            let parse = |(line, word): (usize, &str)| match word.parse() {
+                Ok(number) => Ok(number),
+                Err(_) => text::number(word, || at.clone().at_line(line)),
+            };
+            let numbers: Vec<f64> = words().map(parse).collect::<Result<_>>()?;
+            expected.check(numbers.len(), at)?;
+            Ok(Values::Float(numbers))
         }
         Scalar::Int { .. } => {
-            let parse = |(line, word)| text::integer(word, || at.clone().at_line(line));
-            Ok(Values::Int(words().map(parse).collect::<Result<_>>()?))
+            let parse = |(line, word)| text::integer(word, || at.clone().at_line(line)).map(saturated);
+            let numbers: Vec<i64> = words().map(parse).collect::<Result<_>>()?;
+            expected.check(numbers.len(), at)?;
+            Ok(Values::Int(numbers))
         }
     }
+}
+
+/// `value`, or the nearest number that fits: no number of a node or a cell is anywhere near.
+fn saturated(value: i128) -> i64 {
+    value.clamp(i128::from(i64::MIN), i128::from(i64::MAX)) as i64
 }
 
 /// Encoded bytes that can be read from their start.
@@ -199,9 +259,29 @@ impl Stream<'_> {
     }
 }
 
-fn decode(stream: &Stream<'_>, encoding: &Encoding<'_>) -> Result<Vec<u8>> {
+/// The bytes of an array, of which there must be as many as `expected` before anything is unpacked.
+fn decode(
+    stream: &Stream<'_>,
+    encoding: &Encoding<'_>,
+    scalar: Scalar,
+    expected: Expected<'_>,
+) -> Result<Vec<u8>> {
+    let check = |size: u64| {
+        let size = usize::try_from(size).unwrap_or(usize::MAX);
+        expected.check(size / scalar.bytes(), stream.at)?;
+        match encoding.left.get().checked_sub(size) {
+            Some(left) => {
+                encoding.left.set(left);
+                Ok(())
+            }
+            None => {
+                let (what, most) = ("bytes of arrays in a file of this size".to_owned(), ARRAYS as u64);
+                Err(MeshFileError::new(stream.at.clone(), MeshFileErrorKind::TooMuch { what, most }))
+            }
+        }
+    };
     if stream.bytes.is_empty() {
-        return Ok(Vec::new());
+        return check(0).map(|()| Vec::new());
     }
     let too_many = |what: &str, declared: u64, most: u64| {
         let kind = MeshFileErrorKind::DeclaredTooMany { what: what.to_owned(), declared, most };
@@ -213,16 +293,17 @@ fn decode(stream: &Stream<'_>, encoding: &Encoding<'_>) -> Result<Vec<u8>> {
         Ok(bytes.chunks_exact(word).map(|w| unsigned(w, encoding.big_endian)).collect())
     };
     let capacity = stream.capacity();
-    if !encoding.zlib {
+    let Some(compression) = encoding.compression else {
         let size = header(1)?[0];
         if size > capacity {
             return Err(too_many("bytes", size, capacity));
         }
+        check(size)?;
         return Ok(stream.take(word + size as usize, "the array")?.split_off(word));
-    }
+    };
     let n_blocks = header(1)?[0];
     if n_blocks == 0 {
-        return Ok(Vec::new());
+        return check(0).map(|()| Vec::new());
     }
     if n_blocks > capacity / word as u64 {
         return Err(too_many("blocks", n_blocks, capacity / word as u64));
@@ -234,9 +315,7 @@ fn decode(stream: &Stream<'_>, encoding: &Encoding<'_>) -> Result<Vec<u8>> {
         return Err(too_many("compressed bytes", total, capacity));
     }
     let size = (n_blocks - 1).saturating_mul(block).saturating_add(last);
-    if size > total.saturating_mul(ZLIB_RATIO) {
-        return Err(too_many("bytes", size, total.saturating_mul(ZLIB_RATIO)));
-    }
+    check(size)?;
     let start = head.len() * word;
     let data = stream.take(start + total as usize, "the array")?;
     let mut rest = &data[start..];
@@ -245,18 +324,13 @@ fn decode(stream: &Stream<'_>, encoding: &Encoding<'_>) -> Result<Vec<u8>> {
         let (piece, after) = rest.split_at(*packed as usize);
         rest = after;
         let expected = if k + 1 == head.len() - 3 { last } else { block };
-        let before = all.len() as u64;
-        let read = ZlibDecoder::new(piece).take(expected + 1).read_to_end(&mut all);
-        let found = all.len() as u64 - before;
-        if read.is_err() || found != expected {
-            let kind = match read {
-                Ok(_) => MeshFileErrorKind::CountMismatch {
-                    what: format!("bytes in block {k}"),
-                    declared: expected,
-                    found,
-                },
-                Err(e) => MeshFileErrorKind::Syntax { expected: "zlib data".into(), found: e.to_string() },
-            };
+        let found = compression.unpack(piece, expected as usize, &mut all).map_err(|found| {
+            let expected = compression.data().to_owned();
+            MeshFileError::new(stream.at.clone(), MeshFileErrorKind::Syntax { expected, found })
+        })? as u64;
+        if found != expected {
+            let what = format!("bytes in block {k}");
+            let kind = MeshFileErrorKind::CountMismatch { what, declared: expected, found };
             return Err(MeshFileError::new(stream.at.clone(), kind));
         }
     }
@@ -283,8 +357,8 @@ fn numbers(bytes: &[u8], scalar: Scalar, big_endian: bool, at: &Location) -> Res
         Scalar::Float { .. } => Values::Float(words.map(f64::from_bits).collect()),
         Scalar::Int { bytes, signed: true } => {
             let unused = 64 - 8 * bytes as u32;
-            Values::Int(words.map(|w| i128::from((w << unused) as i64 >> unused)).collect())
+            Values::Int(words.map(|w| (w << unused) as i64 >> unused).collect())
         }
-        Scalar::Int { .. } => Values::Int(words.map(i128::from).collect()),
+        Scalar::Int { .. } => Values::Int(words.map(|w| saturated(i128::from(w))).collect()),
     })
 }

@@ -1,0 +1,53 @@
+//! What every fuzz target does with its bytes: reads them, and looks at what was read as the program would.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use modiolus::contact::closed_surface;
+use modiolus::io::{parse_mesh, parse_plan, parse_surface, parse_target, read_face};
+use modiolus::mesh::{Locator, validate_shape};
+use modiolus::units::LengthUnit::Millimetre;
+
+/// A volume mesh in a file called `name`.
+pub fn mesh(name: &str, bytes: &[u8]) {
+    if let Ok(document) = parse_mesh(bytes, Path::new(name), Millimetre)
+        && validate_shape(&document.mesh).is_ok()
+    {
+        let _ = Locator::new(&document.mesh).locate(document.mesh.points[0]);
+    }
+}
+
+/// A tooth surface in a file called `name`.
+pub fn surface(name: &str, bytes: &[u8]) {
+    if let Ok(surface) = parse_surface(bytes, Path::new(name), Millimetre) {
+        let _ = closed_surface(&surface, true);
+    }
+}
+
+/// The face file or the fibres of a cube, as `name`, beside the others of the corpus.
+pub fn face(name: &str, bytes: &[u8]) {
+    static FOLDER: OnceLock<std::path::PathBuf> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| {
+        let folder = std::env::temp_dir().join(format!("modiolus-fuzz-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        folder
+    });
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
+    for (own, from) in [("a.vtu", "vtu/ascii.vtu"), ("face.toml", "face/face.toml"), ("fibres.csv", "face/fibres.csv")] {
+        if own != name {
+            std::fs::copy(corpus.join(from), folder.join(own)).expect("the corpus");
+        }
+    }
+    std::fs::write(folder.join(name), bytes).expect("a file");
+    let _ = read_face(&folder.join("face.toml"), None);
+}
+
+/// A target.
+pub fn target(bytes: &[u8]) {
+    let _ = parse_target(&String::from_utf8_lossy(bytes), Path::new("a.toml"));
+}
+
+/// A surgical plan.
+pub fn plan(bytes: &[u8]) {
+    let _ = parse_plan(&String::from_utf8_lossy(bytes), Path::new("a.toml"));
+}

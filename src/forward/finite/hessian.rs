@@ -1,0 +1,98 @@
+//! The second derivatives of the potential, and their factor.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use nalgebra::Matrix3;
+
+use super::FiniteBody;
+use crate::forward::{Cholesky, ForwardError, Pattern, SymbolicFactor};
+use crate::units::Vec3;
+
+/// The second derivative by nodes `i >= j`, N/mm.
+pub(super) type ContactBlock = (usize, usize, Matrix3<f64>);
+
+/// The Hessian `H` of the potential on the nodes of a face, N/mm, and the Cholesky factor of its free part.
+///
+/// Its pattern is that of the tissue, and of the nodes that contact has joined so far.
+#[derive(Clone, Debug)]
+pub(super) struct Hessian {
+    pub(super) pattern: Pattern,
+    /// Of the tissue, on the pattern.
+    pub(super) tissue: Vec<f64>,
+    /// Of contact: as they are, and the nearest positive semidefinite ones.
+    pub(super) contact: Option<[Vec<ContactBlock>; 2]>,
+    /// What was factorised last, but for a shift.
+    pub(super) values: Vec<f64>,
+    factor: Cholesky,
+    /// Pairs of nodes `(i, j)`, `i > j`, that contact has joined.
+    joined: BTreeSet<(usize, usize)>,
+}
+
+impl Hessian {
+    /// Zero, on the pattern of `body` and the `joined` pairs of nodes, with the supports `fixed` (3n).
+    pub(super) fn new(
+        body: &FiniteBody,
+        fixed: &[bool],
+        joined: BTreeSet<(usize, usize)>,
+    ) -> Result<Self, ForwardError> {
+        let pairs: Vec<[usize; 2]> = joined.iter().map(|&(i, j)| [i, j]).collect();
+        let groups = body.patches().iter().map(|patch| patch.nodes()).chain(pairs.iter().map(|p| &p[..]));
+        let pattern = Pattern::new(fixed.len() / 3, groups);
+        let symbolic = Arc::new(SymbolicFactor::new(&pattern, fixed)?);
+        let values = vec![0.; pattern.n_values()];
+        let factor = Cholesky::unfactorised(symbolic);
+        Ok(Self { pattern, tissue: values.clone(), contact: None, values, factor, joined })
+    }
+
+    /// Makes room for `blocks` between nodes that are not yet joined.
+    pub(super) fn join(
+        &mut self,
+        body: &FiniteBody,
+        fixed: &[bool],
+        blocks: &[ContactBlock],
+    ) -> Result<(), ForwardError> {
+        let is_new = |&(i, j, _): &ContactBlock| (!self.pattern.joins(i, j)).then_some((i.max(j), i.min(j)));
+        let new: BTreeSet<(usize, usize)> = blocks.iter().filter_map(is_new).collect();
+        if !new.is_empty() {
+            *self = Self::new(body, fixed, self.joined.union(&new).copied().collect())?;
+        }
+        Ok(())
+    }
+
+    /// Factorises `H + tau shift`, with `shift` on the same pattern; the curvature of contact is made positive by the
+    /// share `made_positive`, from 0, as it is, to 1. False when that is not positive definite.
+    pub(super) fn factorise(&mut self, made_positive: f64, shift: Option<(f64, &[f64])>) -> bool {
+        self.values.copy_from_slice(&self.tissue);
+        if let Some(both) = &self.contact {
+            for (blocks, weight) in both.iter().zip([1. - made_positive, made_positive]) {
+                for (i, j, block) in blocks.iter().filter(|_| weight > 0.) {
+                    self.pattern.add_block(*i, *j, &(weight * block), &mut self.values);
+                }
+            }
+        }
+        match shift {
+            None => self.factor.renew(&self.values).is_ok(),
+            Some((tau, shift)) => {
+                let shifted: Vec<f64> = self.values.iter().zip(shift).map(|(h, k)| h + tau * k).collect();
+                self.factor.renew(&shifted).is_ok()
+            }
+        }
+    }
+
+    /// The Hessian of the tissue of `body` at `x` (n, mm) without activation, on this pattern; `known` has it on that of
+    /// the tissue alone.
+    pub(super) fn of_tissue(&self, body: &FiniteBody, x: &[Vec3], known: &Self) -> Vec<f64> {
+        if self.joined.is_empty() {
+            return known.tissue.clone();
+        }
+        let mut values = vec![0.; self.pattern.n_values()];
+        body.derivatives(x, &vec![0.; body.n_muscles()], &self.pattern, &mut values);
+        values
+    }
+
+    /// The factor of the last [`factorise`](Self::factorise) that was true.
+    pub(super) fn factor(&self) -> &Cholesky {
+        &self.factor
+    }
+}

@@ -1,0 +1,92 @@
+//! How a face at finite strain goes on from where it rests.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::contact::Obstacles;
+use super::{FiniteModel, FiniteState};
+use crate::face::{JawRange, Teeth};
+use crate::forward::Response;
+use crate::mesh::Site;
+use crate::units::Vec3;
+
+/// The tangent of a face at rest: the displacement field that each unknown brings about, contact included.
+#[derive(Clone, Debug)]
+pub struct Tangent {
+    /// `du/da_m = -H^-1 grad Pi_m` (m x 3n), mm per unit activation, and after them the field of the jaw's opening, mm
+    /// per unit share of its range, where that is an unknown.
+    fields: Vec<Vec<f64>>,
+    muscles: Vec<String>,
+    jaw: Option<JawRange>,
+}
+
+impl Tangent {
+    /// The displacement field (3n, mm per unit) of each unknown: the muscles, then the jaw's opening where it is one.
+    pub fn fields(&self) -> &[Vec<f64>] {
+        &self.fields
+    }
+
+    /// What the unknowns do to `sites`, linearised about `state`, whose unknowns are `x`:
+    /// `P u' = P u + P du/dx (x' - x)`. Contact is in the tangent; there is no contact row.
+    pub fn response(&self, state: &FiniteState, x: &DVector<f64>, sites: &[Site]) -> Response {
+        let seen =
+            |u: &[f64]| sites.iter().flat_map(|s| <[f64; 3]>::from(s.displacement(u))).collect::<Vec<_>>();
+        let columns: Vec<f64> = self.fields.iter().flat_map(|field| seen(field)).collect();
+        let map = DMatrix::from_vec(3 * sites.len(), self.fields.len(), columns);
+        let offset = DVector::from_vec(seen(state.displacement())) - &map * x;
+        Response { muscles: self.muscles.clone(), jaw: self.jaw, map, offset, contact: None }
+    }
+
+    /// Where the nodes at `positions` (n, mm) go as the unknowns change by `step`, to first order.
+    pub(super) fn predict(&self, positions: &[Vec3], step: &DVector<f64>) -> Vec<Vec3> {
+        let mut x = positions.to_vec();
+        for (field, step) in self.fields.iter().zip(step).filter(|(_, step)| **step != 0.) {
+            for (x, u) in x.iter_mut().zip(field.as_chunks::<3>().0) {
+                *x += *step * Vec3::from(*u);
+            }
+        }
+        x
+    }
+}
+
+impl FiniteModel {
+    /// The tangent at `state`; `jaw` is the range of an opening that is unknown, and the share of it at `state`.
+    pub fn tangent(&self, state: &FiniteState, jaw: Option<(JawRange, f64)>) -> Option<Tangent> {
+        let (_, muscles) = self.potential().body().forces(state.positions())?;
+        let dense = |forces: Vec<Vec3>| forces.into_iter().flat_map(|f| [-f.x, -f.y, -f.z]).collect();
+        let mut loads: Vec<Vec<f64>> = muscles.into_iter().map(dense).collect();
+        let held = jaw.map(|(range, share)| self.opening_slope(range, share));
+        if let Some(held) = &held {
+            let mut push = state.hessian().pattern.multiply(&state.hessian().values, held);
+            if let Some((range, share)) = jaw
+                && let Some(change) =
+                    self.potential().contact_change(state.place(), &self.teeth_slope(range, share))
+            {
+                push.iter_mut().zip(change).for_each(|(f, c)| *f += c);
+            }
+            loads.push(push.iter().map(|f| -f).collect());
+        }
+        let mut fields = state.factor().displacements(&loads);
+        if let (Some(held), Some(field)) = (held, fields.last_mut()) {
+            field.iter_mut().zip(held).for_each(|(u, held)| *u += held);
+        }
+        let muscles = self.face().muscles.iter().map(|m| m.name.clone()).collect();
+        Some(Tangent { fields, muscles, jaw: jaw.map(|(range, _)| range) })
+    }
+
+    /// How the nodes on bones move (3n, mm) per unit share of the jaw's opening within `range`.
+    fn opening_slope(&self, range: JawRange, share: f64) -> Vec<f64> {
+        let mut slope = self.face().bone_slope(range.at(share));
+        slope.iter_mut().for_each(|v| *v *= range.width_mm());
+        slope
+    }
+
+    /// How the points of the teeth move (mm) per unit share of the jaw's opening within `range`.
+    fn teeth_slope(&self, range: JawRange, share: f64) -> Obstacles {
+        let face = self.face();
+        let of = |teeth: &Teeth| {
+            let slope = |p: &Vec3| face.jaw_slope(&teeth.bone, range.at(share), *p) * range.width_mm();
+            teeth.surface.points.iter().map(slope).collect()
+        };
+        Obstacles::new(face.teeth.iter().map(of).collect())
+    }
+}

@@ -1,8 +1,0 @@
-//! VTK XML unstructured grids.
-
-mod array;
-mod reader;
-mod writer;
-
-pub(super) use reader::{parse, point_vectors};
-pub use writer::{VtuData, write_vtu};
