@@ -284,6 +284,20 @@ fn small_activations_agree_with_the_linear_model() {
 }
 
 #[test]
+fn the_stress_of_a_muscle_does_the_work_of_its_fibres_tension() {
+    // On a uniform swelling u = x both shorten by their length: the sum of T L, which the fibres' forces give too.
+    let face = standard(&Resolution::COARSE);
+    let linear = Model::new(&face, Vec::new()).unwrap();
+    let (_, pulls) = FiniteBody::of_face(&face).unwrap().forces(&face.mesh.points).unwrap();
+    for ((muscle, pull), load) in face.muscles.iter().zip(&pulls).zip(linear.loads()) {
+        let by_stress: f64 = pull.iter().zip(&face.mesh.points).map(|(f, x)| f.dot(x)).sum();
+        let by_fibres: f64 = load.iter().map(|&(dof, f)| -f * face.mesh.points[dof / 3][dof % 3]).sum();
+        let off = (by_stress - by_fibres).abs() / by_fibres;
+        assert!(by_fibres > 0. && off < 0.01, "{}: {by_stress} {by_fibres}", muscle.name);
+    }
+}
+
+#[test]
 fn surfaces_stay_apart_whatever_the_path_and_both_sides_smile_alike() {
     let face = strong_face();
     let model = FiniteModel::new(&face, Some(FaceContact::new(&face).unwrap())).unwrap();

@@ -36,6 +36,9 @@ pub(crate) fn run(options: &ForwardOptions) -> Result<Outcome, CliError> {
         Strain::Linear => pose.large_turns().iter().map(ToString::to_string).collect(),
         Strain::Finite => Vec::new(),
     };
+    if !moved.is_stable {
+        warnings.push(format!("{}: {}", Warning::Unstable, Warning::Unstable.remedy()));
+    }
     let contact = moved.contact.as_ref();
     warnings.extend(contact.filter(|c| !c.settled).map(|c| unsettled(c.overlap_mm)));
     let state = State {

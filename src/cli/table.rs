@@ -142,7 +142,8 @@ fn contact(contact: &ContactJson) -> String {
         "upper teeth {upper_teeth_n:.2} N, lower teeth {lower_teeth_n:.2} N, lip on lip {lips_n:.2} N\n"
     );
     if let Some(overlap) = overlap_mm {
-        text += &format!("overlap of the deformed surfaces beyond rest {:.3} mm\n", tidy(*overlap, 3));
+        text +=
+            &format!("overlap of the deformed surfaces beyond rest, off bone, {:.3} mm\n", tidy(*overlap, 3));
     }
     text += &match relaxation_end {
         None => String::new(),

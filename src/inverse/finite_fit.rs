@@ -143,6 +143,9 @@ impl FiniteFit<'_> {
         cost.add(state.cost());
         let apart = state.positions().iter().zip(there.positions()).map(|(a, b)| (a - b).norm());
         let path_mm = apart.fold(0., f64::max);
+        if !state.is_stable() {
+            solution.warnings.push(Warning::Unstable);
+        }
         if path_mm > SAME_MM {
             solution.warnings.push(Warning::Path { apart_mm: path_mm });
         }

@@ -58,6 +58,8 @@ pub enum Warning {
         /// Deepest overlap beyond that at rest, mm.
         overlap_mm: f64,
     },
+    /// The face rests where a small push could make it slip.
+    Unstable,
     /// The face does not come to the same place when it is loaded from rest.
     Path {
         /// How far the two places are apart, mm, where most.
@@ -91,6 +93,9 @@ impl Warning {
             Self::Underdetermined { .. } => "observe more points, fix muscles, or add an effort",
             Self::Unsettled { .. } => {
                 "ask for less movement, bound the muscles that press there, or refine the mesh about them"
+            }
+            Self::Unstable => {
+                "read the state as one of several that contact holds, or ask for less where lips press"
             }
             Self::Path { .. } => {
                 "the state depends on how the muscles came to act: read the answer as one of several, or ask for less"
@@ -126,6 +131,10 @@ impl fmt::Display for Warning {
             Self::Unsettled { overlap_mm } => {
                 write!(f, "the contacts did not settle on the deformed face: {}", Self::left_by(*overlap_mm))
             }
+            Self::Unstable => write!(
+                f,
+                "the face rests where its tangent stiffness is not positive definite: contact alone holds it there"
+            ),
             Self::Path { apart_mm } => write!(
                 f,
                 "loaded from rest the face comes to another place under these activations, {apart_mm:.3} mm off"

@@ -201,8 +201,8 @@ pub struct ContactJson {
     pub lips_n: f64,
     /// Deepest penetration beyond the rest overlap, mm, of the linearised gaps.
     pub max_penetration_mm: f64,
-    /// Deepest overlap beyond that at rest, mm, measured on the surfaces of the deformed face; null when
-    /// it was not measured.
+    /// Deepest overlap beyond that at rest, mm, of the deformed face where it does not hang on bone: at finite strain of dense
+    /// samples of its surfaces, at linear strain of the nodes that contact meets; null when it was not measured.
     pub overlap_mm: Option<f64>,
     /// Linearisations of the gaps that the answer took.
     pub linearisations: usize,

@@ -137,6 +137,6 @@ fn linear_contact(
         overlap_mm,
         linear_penetration_mm: report.max_penetration_mm,
         linearisations,
-        settled: true,
+        settled: !solution.warnings.iter().any(|w| matches!(w, Warning::Unsettled { .. })),
     }
 }

@@ -13,6 +13,9 @@ pub struct MovedFace {
     pub displacement: Vec<f64>,
     /// What touches; `None` when contact is off.
     pub contact: Option<MovedContact>,
+    /// Whether every small push finds it stable: at linear strain by itself, at finite strain where the tangent
+    /// stiffness is positive definite.
+    pub is_stable: bool,
     /// What it took; `None` at linear strain.
     pub cost: Option<SettlingCost>,
 }

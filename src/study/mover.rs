@@ -55,17 +55,27 @@ impl Mover {
                 let fixed = model.at_pose(&held, pose)?;
                 let Some(search) = search else {
                     let displacement = fixed.displacement(a, &[]);
-                    return Ok(MovedFace { displacement, contact: None, cost: None });
+                    return Ok(MovedFace { displacement, contact: None, is_stable: true, cost: None });
                 };
                 let settled = fixed.settle(model.face(), search, a, None)?;
                 let contact = Some(MovedContact::of_linear(model.face(), &settled));
-                Ok(MovedFace { displacement: settled.equilibrium.displacement, contact, cost: None })
+                Ok(MovedFace {
+                    displacement: settled.equilibrium.displacement,
+                    contact,
+                    is_stable: true,
+                    cost: None,
+                })
             }
             Kind::Finite(model) => {
                 let state = model.settle(a, pose)?;
                 let contact = MovedContact::of_finite(model.face(), &state);
                 let displacement = state.displacement().to_vec();
-                Ok(MovedFace { displacement, contact, cost: Some(state.cost()) })
+                Ok(MovedFace {
+                    displacement,
+                    contact,
+                    is_stable: state.is_stable(),
+                    cost: Some(state.cost()),
+                })
             }
         }
     }
