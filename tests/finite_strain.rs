@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 
 use common::{Random, grid};
-use modiolus::face::{Face, Pose, overlap, standard, standard::Resolution};
+use modiolus::face::{Face, JawRange, Pose, overlap, standard, standard::Resolution};
 use modiolus::forward::finite::{
     FaceContact, FiniteBody, FiniteModel, Patch, PointFibre, PointMaterial, Potential,
 };
@@ -294,6 +294,39 @@ fn the_stress_of_a_muscle_does_the_work_of_its_fibres_tension() {
         let by_fibres: f64 = load.iter().map(|&(dof, f)| -f * face.mesh.points[dof / 3][dof % 3]).sum();
         let off = (by_stress - by_fibres).abs() / by_fibres;
         assert!(by_fibres > 0. && off < 0.01, "{}: {by_stress} {by_fibres}", muscle.name);
+    }
+}
+
+#[test]
+fn the_tangent_is_the_derivative_of_the_face_at_rest_with_its_jaw_and_teeth() {
+    // Within 1e-3 the gaps of contact change by some per cent, and with them the slope.
+    const H: f64 = 2e-5;
+    let face = strong_face();
+    let model = FiniteModel::new(&face, Some(FaceContact::new(&face).unwrap())).unwrap();
+    let range = JawRange { min_mm: 0., max_mm: 4. };
+    let jaw = face.jaw.clone().unwrap();
+    let a = both_sides(&face, &[("zygomaticus_major", 0.5), ("buccinator", 0.4), ("depressor_labii", 0.2)]);
+    let open = |share: f64| Pose::opened(&jaw, range.at(share));
+    let here = model.settle(&a, &open(0.3)).unwrap();
+    let at = |a: &[f64], share: f64| model.settle_from(&here, a, &open(share)).unwrap();
+    assert!(here.is_stable() && !here.contact().unwrap().points.is_empty());
+    let tangent = model.tangent(&here, Some((range, 0.3))).unwrap();
+    let muscle = face.muscle_index("buccinator_l").unwrap();
+    let with = |by: f64| {
+        let mut a = a.clone();
+        a[muscle] += by;
+        a
+    };
+    let muscles = [at(&with(H), 0.3), at(&with(-H), 0.3)];
+    let openings = [at(&a, 0.3 + H), at(&a, 0.3 - H)];
+    for (field, [up, down]) in [(muscle, muscles), (face.muscles.len(), openings)] {
+        let seen = |u: &[f64]| face.landmarks.iter().map(|l| l.site.displacement(u)).collect::<Vec<_>>();
+        let [up, down, exact] = [up.displacement(), down.displacement(), &tangent.fields()[field]].map(seen);
+        let largest = exact.iter().map(|u| u.norm()).fold(0., f64::max);
+        for ((up, down), exact) in up.iter().zip(&down).zip(&exact) {
+            let slope = (up - down) / (2. * H);
+            assert!((slope - exact).norm() < 5e-3 * largest, "{field}: {slope} {exact}");
+        }
     }
 }
 
