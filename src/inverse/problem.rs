@@ -100,6 +100,8 @@ pub struct Problem {
     pub(super) features: Vec<FeatureAim>,
     /// What each of the terms is of.
     pub(super) parts: Vec<Part>,
+    /// The observed points at rest (p), mm.
+    pub(super) points_mm: Vec<Vec3>,
 }
 
 impl Problem {
@@ -126,6 +128,7 @@ impl Problem {
             markers: Vec::new(),
             features: Vec::new(),
             parts: Vec::new(),
+            points_mm: observations.sites.iter().map(|site| site.position).collect(),
         };
         problem.add_markers(target, observations);
         problem.add_features(target, observations)?;

@@ -15,6 +15,7 @@ use super::term::State;
 use crate::face::JawRange;
 use crate::forward::{ContactResponse, Touching};
 use crate::qp::Point;
+use crate::units::Vec3;
 
 /// What some residuals are of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +49,8 @@ pub struct TangentProgram {
     pub unknowns: Vec<String>,
     /// The openings between which the jaw's is the last unknown, if it is.
     pub jaw: Option<JawRange>,
+    /// The observed points at rest (p), mm.
+    pub points_mm: Vec<Vec3>,
     /// The unknowns at the answer (n).
     pub x: DVector<f64>,
     /// Least and greatest values (n each).
@@ -105,6 +108,7 @@ impl TangentProgram {
         Self {
             unknowns: (0..problem.n_unknowns()).map(|k| problem.name_of(k).to_owned()).collect(),
             jaw: problem.jaw_range(),
+            points_mm: problem.points_mm.clone(),
             x: state.activation.clone(),
             bounds: problem.bounds.clone(),
             tied: problem.tied.clone(),
