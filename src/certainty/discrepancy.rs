@@ -25,9 +25,9 @@ impl Discrepancy {
     /// The model is the face: only for what was computed with itself.
     pub const NONE: Self = Self { strength: 0., shape: 0., length_mm: 15. };
     /// The face is known, its mesh is another one. Measured between the resolutions of the standard face; `docs/recovery.md`.
-    pub const MESH: Self = Self { strength: 0.05, shape: 0.12, length_mm: 15. };
+    pub const MESH: Self = Self { strength: 0.05, shape: 0.1, length_mm: 12. };
     /// The muscles are another anatomist's. Measured between two sets of muscles of one face; `docs/recovery.md`.
-    pub const ANATOMY: Self = Self { strength: 0.25, shape: 0.5, length_mm: 20. };
+    pub const ANATOMY: Self = Self { strength: 0.4, shape: 0.6, length_mm: 15. };
 
     /// The names accepted at interfaces.
     pub const NAMES: [&'static str; 3] = ["none", "mesh", "anatomy"];
@@ -42,19 +42,19 @@ impl Discrepancy {
         }
     }
 
-    /// Covariance (d x d), mm^2, of the displacements of the points at rest at `points` (p), which the activations `a` (m)
-    /// move by the first `m` columns of `map` (d x n).
-    pub fn covariance(&self, points: &[Vec3], map: &DMatrix<f64>, a: &DVector<f64>) -> DMatrix<f64> {
+    /// Covariance (d x d), mm^2, of the displacements of the points at rest at `points` (p), which activations whose
+    /// expected squares are `squares` (m) move by the first `m` columns of `map` (d x n).
+    pub fn covariance(&self, points: &[Vec3], map: &DMatrix<f64>, squares: &DVector<f64>) -> DMatrix<f64> {
         let d = map.nrows();
         let mut covariance = DMatrix::zeros(d, d);
         let near = DMatrix::from_fn(points.len(), points.len(), |p, q| {
             let apart = (points[p] - points[q]).norm() / self.length_mm;
             (-0.5 * apart * apart).exp()
         });
-        for (column, &a) in map.column_iter().zip(a.iter()).filter(|(_, a)| **a != 0.) {
-            covariance.ger((self.strength * a).powi(2), &column, &column, 1.);
+        for (column, &square) in map.column_iter().zip(squares.iter()).filter(|(_, square)| **square != 0.) {
+            covariance.ger(self.strength.powi(2) * square, &column, &column, 1.);
             let size: Vec<f64> = (0..points.len()).map(|p| column.rows(3 * p, 3).norm()).collect();
-            let share = (self.shape * a).powi(2) / 3.;
+            let share = self.shape.powi(2) * square / 3.;
             for p in 0..points.len() {
                 for q in 0..points.len() {
                     let common = share * near[(p, q)] * size[p] * size[q];

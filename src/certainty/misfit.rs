@@ -25,8 +25,14 @@ pub(super) struct Misfit {
 }
 
 impl Misfit {
-    /// The misfit of the data of `program`, the noise of its markers increased by `discrepancy`; `None` without data.
-    pub(super) fn of(program: &TangentProgram, free: &FreeUnknowns, discrepancy: &Discrepancy) -> Option<Self> {
+    /// The misfit of the data of `program`, the noise of its markers increased by `discrepancy` of activations whose
+    /// expected squares are `squares` (m); `None` without data.
+    pub(super) fn of(
+        program: &TangentProgram,
+        free: &FreeUnknowns,
+        discrepancy: &Discrepancy,
+        squares: &DVector<f64>,
+    ) -> Option<Self> {
         let data: Vec<usize> =
             program.parts().iter().filter(|(part, _)| part.is_data()).flat_map(|(_, rows)| rows.clone()).collect();
         if data.is_empty() {
@@ -36,8 +42,7 @@ impl Misfit {
         let matrix = residuals.matrix.select_rows(&data) * &free.transform;
         let value = residuals.at(&free.offset).select_rows(&data);
         let seen = program.by_observed().select_rows(&data);
-        let muscles = program.x.rows(0, program.n_muscles()).into_owned();
-        let model = discrepancy.covariance(&program.points_mm, &program.space().observed, &muscles);
+        let model = discrepancy.covariance(&program.points_mm, &program.space().observed, squares);
         let noise = DMatrix::identity(data.len(), data.len()) + &seen * model * seen.transpose();
         let factor = Cholesky::new(noise)?;
         let white = |m: &DMatrix<f64>| factor.l().solve_lower_triangular(m);

@@ -20,10 +20,12 @@ use self::feasible::{Feasible, Range};
 use self::limits::Limits;
 use self::misfit::Misfit;
 use self::posterior::Posterior;
-use crate::inverse::TangentProgram;
+use crate::inverse::{FreeUnknowns, TangentProgram};
 
 /// Influence below this share of the strongest is none.
 const NEGLIGIBLE: f64 = 1e-9;
+/// Distance to a limit at which an unknown lies on it.
+const AT_LIMIT: f64 = 1e-6;
 /// What another unknown must change by, as a share of the one that trades against it, to be named,
 const TRADED: f64 = 0.4;
 /// and how many are named.
@@ -80,24 +82,21 @@ impl Certainty {
     pub fn of(program: &TangentProgram, discrepancy: Discrepancy) -> Option<Self> {
         let free = program.free();
         let limits = Limits::of(program, &free);
-        let misfit = Misfit::of(program, &free, &discrepancy)?;
-        let best = misfit.best(&limits)?;
-        let inside = best.iter().zip(limits.lower.iter().zip(limits.upper.iter()));
-        let used = inside.filter(|(y, (lo, hi))| **y > *lo + 1e-6 && **y < *hi - 1e-6).count();
-        let misfit = misfit.with_birge(&best, used);
+        let m = program.n_muscles();
+        let first = Known::new(program, &free, &limits, &discrepancy, &program.x.rows(0, m).map(|a| a * a))?;
+        let known = match discrepancy == Discrepancy::NONE {
+            true => first,
+            // What a muscle may do counts as well as what it does in the answer.
+            false => {
+                let squares = DVector::from_fn(m, |k, _| first.mean[k].powi(2) + first.covariance[(k, k)]);
+                Known::new(program, &free, &limits, &discrepancy, &squares)?
+            }
+        };
+        let Known { misfit, best, mean, covariance } = known;
         let feasible = Feasible::new(&misfit, &limits, &best);
         let n = program.n_unknowns();
         let unit = |k: usize| free.transform.row(k).transpose();
-        let ranges: Vec<Option<Range>> =
-            (0..n).into_par_iter().map(|k| feasible.range(&unit(k))).collect();
-        let posterior = Posterior::of(&misfit, &limits, &best);
-        let (mean, covariance) = match &posterior {
-            Some(posterior) => (
-                &free.transform * posterior.mean() + &free.offset,
-                &free.transform * posterior.covariance() * free.transform.transpose(),
-            ),
-            None => (program.x.clone(), DMatrix::zeros(n, n)),
-        };
+        let ranges: Vec<Option<Range>> = (0..n).into_par_iter().map(|k| feasible.range(&unit(k))).collect();
         let seen = &misfit.matrix * free.transform.transpose();
         let strongest = seen.column_iter().map(|column| column.norm()).fold(0., f64::max);
         let of = |k: usize| {
@@ -167,6 +166,42 @@ impl Certainty {
             groups,
             sides,
         })
+    }
+}
+
+/// What is known of the unknowns with one noise.
+struct Known {
+    misfit: Misfit,
+    /// The free unknowns (k) that fit best.
+    best: DVector<f64>,
+    /// Of the posterior (n).
+    mean: DVector<f64>,
+    /// Of the posterior (n x n).
+    covariance: DMatrix<f64>,
+}
+
+impl Known {
+    fn new(
+        program: &TangentProgram,
+        free: &FreeUnknowns,
+        limits: &Limits,
+        discrepancy: &Discrepancy,
+        squares: &DVector<f64>,
+    ) -> Option<Self> {
+        let misfit = Misfit::of(program, free, discrepancy, squares)?;
+        let best = misfit.best(limits)?;
+        let within = best.iter().zip(limits.lower.iter().zip(limits.upper.iter()));
+        let used = within.filter(|(y, (lo, hi))| **y > *lo + AT_LIMIT && **y < *hi - AT_LIMIT).count();
+        let misfit = misfit.with_birge(&best, used);
+        let n = program.n_unknowns();
+        let (mean, covariance) = match Posterior::of(&misfit, limits, &best) {
+            Some(posterior) => (
+                &free.transform * posterior.mean() + &free.offset,
+                &free.transform * posterior.covariance() * free.transform.transpose(),
+            ),
+            None => (program.x.clone(), DMatrix::zeros(n, n)),
+        };
+        Some(Self { misfit, best, mean, covariance })
     }
 }
 
