@@ -3,8 +3,8 @@
 use nalgebra::{Cholesky, DMatrix, DVector, SVD};
 
 use super::Discrepancy;
-use super::limits::Limits;
-use crate::inverse::{FreeUnknowns, TangentProgram};
+use crate::inverse::{ActivationBounds, FreeUnknowns, TangentProgram};
+use crate::qp::{self, Answer};
 
 /// `|M y - c|^2 + rest` over the free unknowns `y` (k), in which a residual of one standard deviation counts one.
 #[derive(Clone, Debug)]
@@ -33,8 +33,12 @@ impl Misfit {
         discrepancy: &Discrepancy,
         squares: &DVector<f64>,
     ) -> Option<Self> {
-        let data: Vec<usize> =
-            program.parts().iter().filter(|(part, _)| part.is_data()).flat_map(|(_, rows)| rows.clone()).collect();
+        let data: Vec<usize> = program
+            .parts()
+            .iter()
+            .filter(|(part, _)| part.is_data())
+            .flat_map(|(_, rows)| rows.clone())
+            .collect();
         if data.is_empty() {
             return None;
         }
@@ -47,11 +51,19 @@ impl Misfit {
         let factor = Cholesky::new(noise)?;
         let white = |m: &DMatrix<f64>| factor.l().solve_lower_triangular(m);
         let matrix = white(&matrix)?;
-        let target = -white(&DMatrix::from_column_slice(value.len(), 1, value.as_slice()))?.column(0).into_owned();
+        let target =
+            -white(&DMatrix::from_column_slice(value.len(), 1, value.as_slice()))?.column(0).into_owned();
         let components = data.len();
         if matrix.ncols() == 0 {
             let (matrix, centre, singular) = (DMatrix::zeros(0, 0), DVector::zeros(0), DVector::zeros(0));
-            return Some(Self { matrix, centre, rest: target.norm_squared(), singular, birge: 1., components });
+            return Some(Self {
+                matrix,
+                centre,
+                rest: target.norm_squared(),
+                singular,
+                birge: 1.,
+                components,
+            });
         }
         let SVD { u, v_t, singular_values } = matrix.svd(true, true);
         let (u, v_t) = (u?, v_t?);
@@ -66,9 +78,24 @@ impl Misfit {
         (&self.matrix * y - &self.centre).norm_squared() + self.rest
     }
 
-    /// The unknowns `y` (k) that fit best within `limits`, from those of the answer.
-    pub(super) fn best(&self, limits: &Limits) -> Option<DVector<f64>> {
-        limits.least(&self.matrix, &self.centre)
+    /// The unknowns `y` (k) that fit best within `bounds`.
+    pub(super) fn best(&self, bounds: &ActivationBounds) -> Option<DVector<f64>> {
+        let k = bounds.min.len();
+        let problem = qp::Problem {
+            hessian: self.matrix.tr_mul(&self.matrix),
+            linear: -self.matrix.tr_mul(&self.centre),
+            constant: 0.5 * self.centre.norm_squared(),
+            equality: DMatrix::zeros(0, k),
+            equality_value: DVector::zeros(0),
+            inequality: DMatrix::zeros(0, k),
+            inequality_limit: DVector::zeros(0),
+            lower: bounds.min.clone(),
+            upper: bounds.max.clone(),
+        };
+        match qp::solve(&problem).ok()? {
+            Answer::Solved(solution) | Answer::NotConverged(Some(solution)) => Some(solution.point.x),
+            _ => None,
+        }
     }
 
     /// The same with the noise as large as the misfit at the `best` unknowns says, `used` of which it determines.

@@ -6,7 +6,6 @@
 mod determination;
 mod discrepancy;
 mod feasible;
-mod limits;
 mod misfit;
 mod posterior;
 
@@ -17,7 +16,6 @@ pub use determination::{Determination, UnknownCertainty};
 pub use discrepancy::Discrepancy;
 
 use self::feasible::{Feasible, Range};
-use self::limits::Limits;
 use self::misfit::Misfit;
 use self::posterior::Posterior;
 use crate::inverse::{FreeUnknowns, TangentProgram};
@@ -36,7 +34,9 @@ const GROUPED: f64 = 0.7;
 /// What the data determine of an answer, on its tangent.
 ///
 /// The misfit counts markers, features, mirrored pairs and priors in their standard deviations, to which the
-/// [`Discrepancy`] of the model is added, and not the effort: a preference tells nothing about the face.
+/// [`Discrepancy`] of the model is added, and not the effort: a preference tells nothing about the face. What touches at
+/// the answer goes on touching, with forces that follow the activations; contacts that would open or close on the way are
+/// not walls, since a face goes on beyond them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Certainty {
     /// How far the model was taken to be from the face.
@@ -81,19 +81,18 @@ impl Certainty {
     /// no program converges.
     pub fn of(program: &TangentProgram, discrepancy: Discrepancy) -> Option<Self> {
         let free = program.free();
-        let limits = Limits::of(program, &free);
         let m = program.n_muscles();
-        let first = Known::new(program, &free, &limits, &discrepancy, &program.x.rows(0, m).map(|a| a * a))?;
+        let first = Known::new(program, &free, &discrepancy, &program.x.rows(0, m).map(|a| a * a))?;
         let known = match discrepancy == Discrepancy::NONE {
             true => first,
             // What a muscle may do counts as well as what it does in the answer.
             false => {
                 let squares = DVector::from_fn(m, |k, _| first.mean[k].powi(2) + first.covariance[(k, k)]);
-                Known::new(program, &free, &limits, &discrepancy, &squares)?
+                Known::new(program, &free, &discrepancy, &squares)?
             }
         };
         let Known { misfit, best, mean, covariance } = known;
-        let feasible = Feasible::new(&misfit, &limits, &best);
+        let feasible = Feasible::new(&misfit, &free.bounds, &best);
         let n = program.n_unknowns();
         let unit = |k: usize| free.transform.row(k).transpose();
         let ranges: Vec<Option<Range>> = (0..n).into_par_iter().map(|k| feasible.range(&unit(k))).collect();
@@ -184,17 +183,16 @@ impl Known {
     fn new(
         program: &TangentProgram,
         free: &FreeUnknowns,
-        limits: &Limits,
         discrepancy: &Discrepancy,
         squares: &DVector<f64>,
     ) -> Option<Self> {
         let misfit = Misfit::of(program, free, discrepancy, squares)?;
-        let best = misfit.best(limits)?;
-        let within = best.iter().zip(limits.lower.iter().zip(limits.upper.iter()));
+        let best = misfit.best(&free.bounds)?;
+        let within = best.iter().zip(free.bounds.min.iter().zip(free.bounds.max.iter()));
         let used = within.filter(|(y, (lo, hi))| **y > *lo + AT_LIMIT && **y < *hi - AT_LIMIT).count();
         let misfit = misfit.with_birge(&best, used);
         let n = program.n_unknowns();
-        let (mean, covariance) = match Posterior::of(&misfit, limits, &best) {
+        let (mean, covariance) = match Posterior::of(&misfit, &free.bounds, &best) {
             Some(posterior) => (
                 &free.transform * posterior.mean() + &free.offset,
                 &free.transform * posterior.covariance() * free.transform.transpose(),
@@ -217,9 +215,8 @@ fn traded(program: &TangentProgram, k: usize, change: &DVector<f64>) -> Vec<Stri
 
 /// Unknowns that are not determined and go together.
 fn groups(unknowns: &[UnknownCertainty], correlations: &DMatrix<f64>) -> Vec<Vec<String>> {
-    let is_open = |k: usize| {
-        matches!(unknowns[k].determination, Determination::Roughly | Determination::Undetermined)
-    };
+    let is_open =
+        |k: usize| matches!(unknowns[k].determination, Determination::Roughly | Determination::Undetermined);
     let mut group: Vec<usize> = (0..unknowns.len()).collect();
     for i in 0..unknowns.len() {
         for j in 0..i {

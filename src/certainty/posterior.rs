@@ -4,8 +4,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 
-use super::limits::Limits;
 use super::misfit::Misfit;
+use crate::inverse::ActivationBounds;
 
 /// Precision of a normal distribution that is flat to an eighth of a per cent over [0, 1], about the middle: it stands for
 /// a uniform one where the data say nothing.
@@ -21,7 +21,7 @@ const AT_ONCE: f64 = 1e-10;
 /// Bounces of one trajectory before it is cut short.
 const MOST_BOUNCES: usize = 20_000;
 
-/// Samples of the normal distribution of the misfit, truncated to the limits: all flat before the data.
+/// Samples of the normal distribution of the misfit, truncated to the bounds: all flat before the data.
 ///
 /// Exact Hamiltonian Monte Carlo: in whitened coordinates a particle moves on an ellipse and bounces off the walls
 /// (Pakman and Paninski, Exact Hamiltonian Monte Carlo for truncated multivariate Gaussians, J Comput Graph Stat 23:518,
@@ -33,17 +33,17 @@ pub(super) struct Posterior {
 }
 
 impl Posterior {
-    /// That of `misfit` within `limits`, from the unknowns `start`, which satisfy them.
-    pub(super) fn of(misfit: &Misfit, limits: &Limits, start: &DVector<f64>) -> Option<Self> {
+    /// That of `misfit` within `bounds`, from the unknowns `start`, which satisfy them.
+    pub(super) fn of(misfit: &Misfit, bounds: &ActivationBounds, start: &DVector<f64>) -> Option<Self> {
         let k = start.len();
         if k == 0 {
             return None;
         }
-        let middle = (&limits.lower + &limits.upper) / 2.;
+        let middle = (&bounds.min + &bounds.max) / 2.;
         let precision = misfit.matrix.tr_mul(&misfit.matrix) + DMatrix::identity(k, k) * FLAT;
         let factor = Cholesky::new(precision)?;
         let mean = factor.solve(&(misfit.matrix.tr_mul(&misfit.centre) + middle * FLAT));
-        let walls = Walls::of(limits, &factor, &mean, start)?;
+        let walls = Walls::of(bounds, &factor, &mean, start)?;
         let upper = factor.l().transpose();
         let mut place = &upper * (start - &mean);
         let mut normal = Normal::new();
@@ -82,29 +82,27 @@ struct Walls {
 
 impl Walls {
     fn of(
-        limits: &Limits,
+        bounds: &ActivationBounds,
         factor: &Cholesky<f64, nalgebra::Dyn>,
         mean: &DVector<f64>,
         start: &DVector<f64>,
     ) -> Option<Self> {
-        let (k, c) = (mean.len(), limits.slope.nrows());
-        let all = DMatrix::from_fn(2 * k + c, k, |i, j| match i {
-            _ if i < k => f64::from(i == j),
-            _ if i < 2 * k => -f64::from(i - k == j),
-            _ => limits.slope[(i - 2 * k, j)],
-        });
-        let chain = limits.lower.iter().map(|lo| -lo).chain(limits.upper.iter().copied());
-        let offset = DVector::from_iterator(2 * k + c, chain.chain(limits.offset.iter().copied()));
+        let k = mean.len();
+        let all =
+            DMatrix::from_fn(2 * k, k, |i, j| if i < k { f64::from(i == j) } else { -f64::from(i - k == j) });
+        let values = bounds.min.iter().map(|lo| -lo).chain(bounds.max.iter().copied());
+        let offset = DVector::from_iterator(2 * k, values);
         // L^-1 A' = (A L^-T)'.
         let white = factor.l().solve_lower_triangular(&all.transpose())?.transpose();
         let at_mean = &all * mean + &offset;
         let at_start = &all * start + &offset;
-        let near: Vec<usize> = (0..2 * k + c)
+        let near: Vec<usize> = (0..2 * k)
             .filter(|&i| at_mean[i] < FAR * white.row(i).norm().max(1e-300) || at_start[i] < ROOM)
             .collect();
         let rows = white.select_rows(&near);
         // The start is inside by a hair at least.
-        let offset = DVector::from_fn(near.len(), |i, _| at_mean[near[i]] + (ROOM - at_start[near[i]]).max(0.));
+        let offset =
+            DVector::from_fn(near.len(), |i, _| at_mean[near[i]] + (ROOM - at_start[near[i]]).max(0.));
         let gram = &rows * rows.transpose();
         Some(Self { rows, offset, gram })
     }
@@ -136,7 +134,13 @@ impl Walls {
     }
 
     /// When and which wall is met first within `left`, where `row z` is `at` and changes at `rate`.
-    fn first(&self, at: &DVector<f64>, rate: &DVector<f64>, left: f64, last: Option<usize>) -> Option<(f64, usize)> {
+    fn first(
+        &self,
+        at: &DVector<f64>,
+        rate: &DVector<f64>,
+        left: f64,
+        last: Option<usize>,
+    ) -> Option<(f64, usize)> {
         let mut first = None;
         let mut soonest = left;
         for wall in 0..self.offset.len() {

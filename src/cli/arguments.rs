@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use modiolus::certainty::Discrepancy;
 use modiolus::face::{Jaw, standard::Resolution};
 use modiolus::io::nearest;
 use modiolus::render::{MAX_SIDE, MIN_SIDE, Show, View};
@@ -23,6 +24,8 @@ pub(crate) struct Arguments {
 pub(crate) enum Verb {
     /// Find the activations that come closest to a target.
     Fit(FitOptions),
+    /// Tell which activations the data determine, and which they leave open.
+    Identify(IdentifyOptions),
     /// Show what given activations do.
     Forward(ForwardOptions),
     /// Write the activation map: what each muscle alone does to each point, without contact.
@@ -53,7 +56,31 @@ pub(crate) struct FitOptions {
     /// pass through.
     #[arg(long, value_enum, default_value_t = ContactMode::Reactions)]
     pub(crate) contact: ContactMode,
+    /// How far the model may be from the face, for the intervals: not at all, as far as another mesh, or as far as another
+    /// anatomist's muscles.
+    #[arg(long, value_name = "none|mesh|anatomy", default_value = "anatomy", value_parser = parse_discrepancy)]
+    pub(crate) discrepancy: Discrepancy,
     /// Print solution.json instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct IdentifyOptions {
+    #[arg(
+        value_name = "RESULT|TARGET.toml",
+        help = "A folder that fit wrote, or a target to fit first; nothing is written"
+    )]
+    pub(crate) what: PathBuf,
+    #[command(flatten)]
+    pub(crate) common: CommonOptions,
+    /// How lips, cheeks and teeth touch.
+    #[arg(long, value_enum, default_value_t = ContactMode::Reactions)]
+    pub(crate) contact: ContactMode,
+    /// How far the model may be from the face: not at all, as far as another mesh, or as far as another anatomist's muscles.
+    #[arg(long, value_name = "none|mesh|anatomy", default_value = "anatomy", value_parser = parse_discrepancy)]
+    pub(crate) discrepancy: Discrepancy,
+    /// Print JSON instead of the table.
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -258,6 +285,10 @@ fn parse_face(text: &str) -> Result<FaceChoice, String> {
 
 fn parse_strain(text: &str) -> Result<Strain, String> {
     Strain::parse(text).ok_or_else(|| unknown(text, &Strain::NAMES))
+}
+
+fn parse_discrepancy(text: &str) -> Result<Discrepancy, String> {
+    Discrepancy::parse(text).ok_or_else(|| unknown(text, &Discrepancy::NAMES))
 }
 
 fn parse_strength(text: &str) -> Result<f64, String> {

@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use modiolus::certainty::Certainty;
 use modiolus::face::Face;
 use modiolus::forward::Deformation;
 use modiolus::inverse::{self, Expected, InverseError, Observations, Solution, Status, Target, Warning};
 use modiolus::io::{
-    CertificateJson, ContactJson, DeformationJson, ExpectedJson, FeatureJson, FileSet, LimitJson, LinearJson,
-    MarkerJson, OtherJson, ResidualJson, SolutionJson, StepJson, TargetDocument, read_target,
+    CertaintyJson, CertificateJson, ContactJson, DeformationJson, ExpectedJson, FeatureJson, FileSet,
+    LimitJson, LinearJson, MarkerJson, OtherJson, ResidualJson, SolutionJson, StepJson, TargetDocument,
+    read_target,
 };
 use modiolus::mesh::{Locator, Site};
 use modiolus::study::{self, Fit, LinearAnswer, Stiffness, Strain, StudyError};
@@ -36,10 +38,10 @@ pub(crate) struct Fitted {
     pub(crate) answer: Answer,
     loaded: LoadedFace,
     out: PathBuf,
-    solved: bool,
+    pub(crate) solved: bool,
 }
 
-fn fit(options: &FitOptions) -> Result<Fitted, CliError> {
+pub(crate) fn fit(options: &FitOptions) -> Result<Fitted, CliError> {
     // A wrong target is told before a large face is read.
     let document = read_target(&options.target)?;
     let mut progress = Progress::new();
@@ -95,7 +97,18 @@ pub(crate) fn fit_on(
     let heading = format!("{} on {}: {}", target.name, loaded.called, solution.status);
     let out = out_of(options, target);
     let deformation = found.displacement.as_ref().map(|u| Deformation::of(&face.mesh, u));
-    let json = solution_json(&found, deformation.as_ref(), options, &document, &loaded, progress);
+    let certainty = progress.step("identify", || {
+        solution.program.as_ref().and_then(|program| Certainty::of(program, options.discrepancy))
+    });
+    let json = solution_json(
+        &found,
+        certainty.as_ref(),
+        deformation.as_ref(),
+        options,
+        &document,
+        &loaded,
+        progress,
+    );
     let activation = solution.activations.values.clone();
     let contact_load = found.contact.map(|c| c.load);
     let answer = Answer { heading, json, displacement: found.displacement, activation, contact_load };
@@ -163,6 +176,7 @@ fn contact_json(found: &Fit) -> ContactJson {
 
 fn solution_json(
     found: &Fit,
+    certainty: Option<&Certainty>,
     deformation: Option<&Deformation>,
     options: &FitOptions,
     document: &TargetDocument,
@@ -202,6 +216,7 @@ fn solution_json(
         active_limits: solution.active_limits.iter().map(LimitJson::from).collect(),
         contact: (options.contact != ContactMode::Off).then(|| contact_json(found)),
         certificate: (!a.values.is_empty()).then(|| CertificateJson::from(&solution.certificate)),
+        certainty: certainty.map(CertaintyJson::from),
         expected: is_default
             .then(|| expected(solution, &document.target.expected, &loaded.face.name))
             .flatten(),

@@ -113,6 +113,7 @@ pub(crate) fn forward_json(
         active_limits: Vec::new(),
         contact: state.contact,
         certificate: None,
+        certainty: None,
         expected: None,
         deformation: Some((&deformation).into()),
         steps: Vec::new(),

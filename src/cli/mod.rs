@@ -8,6 +8,7 @@ mod face_verbs;
 mod figures;
 mod fit;
 mod forward;
+mod identify;
 mod load;
 mod map;
 mod progress;
@@ -78,6 +79,7 @@ pub(crate) fn visible(text: &str) -> Cow<'_, str> {
 fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
     match verb {
         Verb::Fit(options) => fit::run(&options),
+        Verb::Identify(options) => identify::run(&options),
         Verb::Forward(options) => forward::run(&options),
         Verb::Map(options) => map::run(&options),
         Verb::Render(options) => render::run(&options),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::{MeshFileError, WriteError, input, settle_folder, sha256, text, vtk};
+use super::{CertaintyJson, MeshFileError, WriteError, input, settle_folder, sha256, text, vtk};
 
 /// What a picture needs of an answer: the face that it moves, by how much, and by which muscles.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +21,8 @@ pub struct AnswerFiles {
     pub displacement: Vec<f64>,
     /// The file that holds the displacement.
     pub vtu: PathBuf,
+    /// What the data determine of it; `None` where nothing was fitted.
+    pub certainty: Option<CertaintyJson>,
     /// The face that was written with the answer, as surgery does.
     pub operated: Option<PathBuf>,
 }
@@ -67,6 +69,7 @@ struct Head {
     face: String,
     activations: BTreeMap<String, f64>,
     jaw_opening_mm: Option<f64>,
+    certainty: Option<CertaintyJson>,
     files: BTreeMap<String, String>,
 }
 
@@ -84,7 +87,7 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
     let json = read(&path, input::TEXT_BYTES)?;
     let head = serde_json::from_slice(&json)
         .map_err(|reason| AnswerFileError::Json { path: path.clone(), reason })?;
-    let Head { face, activations, jaw_opening_mm, files } = head;
+    let Head { face, activations, jaw_opening_mm, certainty, files } = head;
     for (name, sha) in &files {
         let file = dir.join(name);
         if sha256(&read(&file, input::MESH_BYTES)?) != *sha {
@@ -97,7 +100,7 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
     }
     let displacement = vtk::point_vectors(&vtu, &text::read_bytes(&vtu)?, "displacement")?;
     let operated = files.contains_key("face.toml").then(|| dir.join("face.toml"));
-    Ok(AnswerFiles { face, activations, jaw_opening_mm, displacement, vtu, operated })
+    Ok(AnswerFiles { face, activations, jaw_opening_mm, displacement, vtu, certainty, operated })
 }
 
 fn read(path: &Path, most: u64) -> Result<Vec<u8>, AnswerFileError> {

@@ -2,6 +2,7 @@
 
 mod answer;
 mod atomic;
+mod certainty_json;
 mod csv;
 mod face_export;
 mod face_toml;
@@ -38,6 +39,9 @@ mod write_error;
 
 pub use answer::{AnswerFileError, AnswerFiles, read_answer};
 pub use atomic::write_atomically;
+pub use certainty_json::{
+    CertaintyJson, CorrelationJson, DiscrepancyJson, IntervalJson, SideJson, UnknownJson,
+};
 pub use face_export::{FaceExportError, put_face, write_face};
 pub use face_toml::{
     FaceDocument, FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWarningKind, face_schema,

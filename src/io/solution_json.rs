@@ -6,6 +6,7 @@ use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 
+use super::certainty_json::CertaintyJson;
 use super::nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
 use crate::inverse::{ActiveLimit, ContactReport, FeatureFit, MarkerFit, RelaxationEnd, Status};
 use crate::qp::Certificate;
@@ -39,6 +40,8 @@ pub struct SolutionJson {
     pub contact: Option<ContactJson>,
     /// Residuals of the program, recomputed from it; null when there is no point to compute them at.
     pub certificate: Option<CertificateJson>,
+    /// What the data determine of the activations; null where nothing was fitted.
+    pub certainty: Option<CertaintyJson>,
     /// What the target file states for this face; null when it states nothing, or when stiffness or contact
     /// are not the defaults that it holds for.
     pub expected: Option<ExpectedJson>,
