@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use modiolus::io::{face_schema, plan_schema, solution_schema, target_schema};
+use modiolus::io::{face_schema, plan_schema, solution_schema, symmetry_schema, target_schema};
 
 fn holds(file: &str, derived: &str) {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("schemas").join(file);
@@ -33,4 +33,9 @@ fn the_plan_schema_is_published() {
 #[test]
 fn the_face_schema_is_published() {
     holds("face.schema.json", &face_schema());
+}
+
+#[test]
+fn the_symmetry_schema_is_published() {
+    holds("symmetry.schema.json", &symmetry_schema());
 }

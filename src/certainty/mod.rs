@@ -6,13 +6,14 @@
 mod determination;
 mod discrepancy;
 mod feasible;
+mod least_odd;
 mod misfit;
 mod posterior;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-pub use determination::{Determination, UnknownCertainty};
+pub use determination::{Determination, UnknownCertainty, percent};
 pub use discrepancy::Discrepancy;
 
 use self::feasible::{Feasible, Range};
@@ -22,6 +23,8 @@ use crate::inverse::{FreeUnknowns, TangentProgram};
 
 /// Influence below this share of the strongest is none.
 const NEGLIGIBLE: f64 = 1e-9;
+/// Samples of the posterior: the first noise is only about right.
+const SAMPLES: [usize; 2] = [400, 2000];
 /// Distance to a limit at which an unknown lies on it.
 const AT_LIMIT: f64 = 1e-6;
 /// What another unknown must change by, as a share of the one that trades against it, to be named,
@@ -67,6 +70,9 @@ pub struct SideCertainty {
     pub even: [f64; 3],
     /// Odd part of the answer, its least and its greatest value; above zero the left is stronger.
     pub odd: [f64; 3],
+    /// Odd part in the activations of the least sum of squared odd parts whose misfit the noise allows: what the data demand
+    /// of all muscles together.
+    pub least_odd: Option<f64>,
 }
 
 impl SideCertainty {
@@ -82,13 +88,15 @@ impl Certainty {
     pub fn of(program: &TangentProgram, discrepancy: Discrepancy) -> Option<Self> {
         let free = program.free();
         let m = program.n_muscles();
-        let first = Known::new(program, &free, &discrepancy, &program.x.rows(0, m).map(|a| a * a))?;
-        let known = match discrepancy == Discrepancy::NONE {
+        let alone = discrepancy == Discrepancy::NONE;
+        let samples = SAMPLES[usize::from(alone)];
+        let first = Known::new(program, &free, &discrepancy, samples, &program.x.rows(0, m).map(|a| a * a))?;
+        let known = match alone {
             true => first,
             // What a muscle may do counts as well as what it does in the answer.
             false => {
                 let squares = DVector::from_fn(m, |k, _| first.mean[k].powi(2) + first.covariance[(k, k)]);
-                Known::new(program, &free, &discrepancy, &squares)?
+                Known::new(program, &free, &discrepancy, SAMPLES[1], &squares)?
             }
         };
         let Known { misfit, best, mean, covariance } = known;
@@ -140,7 +148,8 @@ impl Certainty {
         });
         let groups = groups(&unknowns, &correlations);
         let sides = sides(program);
-        let sides = sides.into_par_iter().map(|(name, [left, right])| {
+        let least_odd = uneven(&sides, &free, &misfit, &best);
+        let sides = sides.into_par_iter().enumerate().map(|(pair, (name, [left, right]))| {
             let (l, r) = (program.x[left], program.x[right]);
             let part = |sign: f64, value: f64| {
                 let f: DVector<f64> = (unit(left) + unit(right) * sign) / 2.;
@@ -150,7 +159,8 @@ impl Certainty {
                     None => [value; 3],
                 }
             };
-            SideCertainty { name, even: part(1., (l + r) / 2.), odd: part(-1., (l - r) / 2.) }
+            let least_odd = least_odd.as_ref().map(|odd| odd[pair]);
+            SideCertainty { name, even: part(1., (l + r) / 2.), odd: part(-1., (l - r) / 2.), least_odd }
         });
         let sides = sides.collect();
         let (most, least) = (misfit.singular.max(), misfit.singular.min());
@@ -184,6 +194,7 @@ impl Known {
         program: &TangentProgram,
         free: &FreeUnknowns,
         discrepancy: &Discrepancy,
+        samples: usize,
         squares: &DVector<f64>,
     ) -> Option<Self> {
         let misfit = Misfit::of(program, free, discrepancy, squares)?;
@@ -192,7 +203,7 @@ impl Known {
         let used = within.filter(|(y, (lo, hi))| **y > *lo + AT_LIMIT && **y < *hi - AT_LIMIT).count();
         let misfit = misfit.with_birge(&best, used);
         let n = program.n_unknowns();
-        let (mean, covariance) = match Posterior::of(&misfit, &free.bounds, &best) {
+        let (mean, covariance) = match Posterior::of(&misfit, &free.bounds, &best, samples) {
             Some(posterior) => (
                 &free.transform * posterior.mean() + &free.offset,
                 &free.transform * posterior.covariance() * free.transform.transpose(),
@@ -230,6 +241,26 @@ fn groups(unknowns: &[UnknownCertainty], correlations: &DMatrix<f64>) -> Vec<Vec
         (0..group.len()).filter(|&k| group[k] == lead).map(|k| unknowns[k].name.clone()).collect()
     };
     (0..group.len()).map(members).filter(|members| members.len() > 1).collect()
+}
+
+/// The odd parts of the pairs `sides` in the least uneven activations that the noise allows.
+fn uneven(
+    sides: &[(String, [usize; 2])],
+    free: &FreeUnknowns,
+    misfit: &Misfit,
+    best: &DVector<f64>,
+) -> Option<DVector<f64>> {
+    let half = |x: &dyn Fn(usize) -> f64| {
+        DVector::from_iterator(sides.len(), sides.iter().map(|(_, [l, r])| (x(*l) - x(*r)) / 2.))
+    };
+    let columns: Vec<DVector<f64>> =
+        free.transform.column_iter().map(|column| half(&|k| column[k])).collect();
+    if columns.is_empty() {
+        return None;
+    }
+    let (odd, offset) = (DMatrix::from_columns(&columns), half(&|k| free.offset[k]));
+    let y = least_odd::least_odd(misfit, misfit.at(best) + feasible::RISE, &free.bounds, &odd, &offset)?;
+    Some(odd * y + offset)
 }
 
 /// Muscles that there are on both sides: name and unknowns, left first.

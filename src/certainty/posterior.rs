@@ -7,11 +7,9 @@ use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 use super::misfit::Misfit;
 use crate::inverse::ActivationBounds;
 
-/// Precision of a normal distribution that is flat to an eighth of a per cent over [0, 1], about the middle: it stands for
-/// a uniform one where the data say nothing.
-const FLAT: f64 = 0.01;
-/// Trajectories.
-const SAMPLES: usize = 2000;
+/// Precision of a normal distribution that is flat to about one per cent over [0, 1], about the middle: it stands for a
+/// uniform one where the data say nothing.
+const FLAT: f64 = 0.1;
 /// Trajectories before the first that counts.
 const WARM: usize = 100;
 /// Standard deviations beyond which a row is no wall.
@@ -33,8 +31,13 @@ pub(super) struct Posterior {
 }
 
 impl Posterior {
-    /// That of `misfit` within `bounds`, from the unknowns `start`, which satisfy them.
-    pub(super) fn of(misfit: &Misfit, bounds: &ActivationBounds, start: &DVector<f64>) -> Option<Self> {
+    /// `count` samples of that of `misfit` within `bounds`, from the unknowns `start`, which satisfy them.
+    pub(super) fn of(
+        misfit: &Misfit,
+        bounds: &ActivationBounds,
+        start: &DVector<f64>,
+        count: usize,
+    ) -> Option<Self> {
         let k = start.len();
         if k == 0 {
             return None;
@@ -47,8 +50,8 @@ impl Posterior {
         let upper = factor.l().transpose();
         let mut place = &upper * (start - &mean);
         let mut normal = Normal::new();
-        let mut samples = DMatrix::zeros(k, SAMPLES);
-        for n in 0..WARM + SAMPLES {
+        let mut samples = DMatrix::zeros(k, count);
+        for n in 0..WARM + count {
             let speed = DVector::from_fn(k, |_, _| normal.next());
             place = walls.trajectory(place, speed);
             if n >= WARM {

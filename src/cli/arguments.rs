@@ -1,6 +1,6 @@
 //! Command line arguments, parsed into values that are valid by themselves.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiolus::certainty::Discrepancy;
@@ -26,6 +26,8 @@ pub(crate) enum Verb {
     Fit(FitOptions),
     /// Tell which activations the data determine, and which they leave open.
     Identify(IdentifyOptions),
+    /// Tell how far the two sides of a moved face are from mirror images, and which muscles make it so.
+    Symmetry(SymmetryOptions),
     /// Show what given activations do.
     Forward(ForwardOptions),
     /// Write the activation map: what each muscle alone does to each point, without contact.
@@ -65,13 +67,9 @@ pub(crate) struct FitOptions {
     pub(crate) json: bool,
 }
 
+/// What is done with a target that has to be fitted first.
 #[derive(Debug, Args)]
-pub(crate) struct IdentifyOptions {
-    #[arg(
-        value_name = "RESULT|TARGET.toml",
-        help = "A folder that fit wrote, or a target to fit first; nothing is written"
-    )]
-    pub(crate) what: PathBuf,
+pub(crate) struct FirstFit {
     #[command(flatten)]
     pub(crate) common: CommonOptions,
     /// How lips, cheeks and teeth touch.
@@ -80,7 +78,53 @@ pub(crate) struct IdentifyOptions {
     /// How far the model may be from the face: not at all, as far as another mesh, or as far as another anatomist's muscles.
     #[arg(long, value_name = "none|mesh|anatomy", default_value = "anatomy", value_parser = parse_discrepancy)]
     pub(crate) discrepancy: Discrepancy,
+}
+
+impl FirstFit {
+    /// The fit of the target in the file `target`.
+    pub(crate) fn of(&self, target: &Path) -> FitOptions {
+        let Self { common, contact, discrepancy } = self;
+        FitOptions {
+            target: target.to_owned(),
+            common: common.clone(),
+            out: None,
+            contact: *contact,
+            discrepancy: *discrepancy,
+            json: false,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct IdentifyOptions {
+    #[arg(
+        value_name = "RESULT|TARGET.toml",
+        help = "A folder that fit wrote, or a target to fit first; nothing is written"
+    )]
+    pub(crate) what: PathBuf,
+    #[command(flatten)]
+    pub(crate) fit: FirstFit,
     /// Print JSON instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SymmetryOptions {
+    #[arg(
+        value_name = "RESULT|TARGET.toml",
+        help = "A folder that fit or forward wrote, or a target to fit first"
+    )]
+    pub(crate) what: PathBuf,
+    #[command(flatten)]
+    pub(crate) fit: FirstFit,
+    /// Exit code 1 when a landmark differs by more than this from the mirror image of the other side, mm.
+    #[arg(long, value_name = "MM", value_parser = parse_asymmetry)]
+    pub(crate) max_asymmetry_mm: Option<f64>,
+    /// Folder for symmetry.json and symmetry.vtu, the map over the skin; nothing is written without it.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print symmetry.json instead of the table.
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -289,6 +333,13 @@ fn parse_strain(text: &str) -> Result<Strain, String> {
 
 fn parse_discrepancy(text: &str) -> Result<Discrepancy, String> {
     Discrepancy::parse(text).ok_or_else(|| unknown(text, &Discrepancy::NAMES))
+}
+
+fn parse_asymmetry(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(mm) if (0. ..=100.).contains(&mm) => Ok(mm),
+        _ => Err("write a length in mm, from 0 to 100, such as 3".to_owned()),
+    }
 }
 
 fn parse_strength(text: &str) -> Result<f64, String> {

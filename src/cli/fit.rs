@@ -36,7 +36,7 @@ pub(crate) fn run(options: &FitOptions) -> Result<Outcome, CliError> {
 /// A fit before anything of it is written.
 pub(crate) struct Fitted {
     pub(crate) answer: Answer,
-    loaded: LoadedFace,
+    pub(crate) loaded: LoadedFace,
     out: PathBuf,
     pub(crate) solved: bool,
 }
@@ -211,6 +211,7 @@ fn solution_json(
             rms: observed.then_some(solution.residual.rms_mm),
             max: observed.then_some(solution.residual.max_mm),
         },
+        explained: solution.explained,
         markers: solution.markers.iter().map(MarkerJson::from).collect(),
         features: solution.features.iter().map(FeatureJson::from).collect(),
         active_limits: solution.active_limits.iter().map(LimitJson::from).collect(),

@@ -98,6 +98,7 @@ pub(crate) fn forward_json(
         target_mm: [None; 3],
         model_mm: site.displacement(u).into(),
         residual_mm: None,
+        explained: None,
     };
     let muscles = face.muscles.iter().map(|m| m.name.clone());
     SolutionJson {
@@ -108,6 +109,7 @@ pub(crate) fn forward_json(
         activations: muscles.zip(state.activation.iter().copied()).collect::<BTreeMap<_, _>>(),
         jaw_opening_mm: state.jaw_opening_mm,
         residual_mm: ResidualJson { rms: None, max: None },
+        explained: None,
         markers: face.landmarks.iter().map(|l| landmark(&l.name, &l.site)).collect(),
         features: Vec::new(),
         active_limits: Vec::new(),

@@ -1,10 +1,11 @@
 //! `modiolus identify`.
 
+use modiolus::certainty::percent;
 use modiolus::io::{CertaintyJson, IntervalJson, UnknownJson, read_answer};
 use modiolus::units::counted;
 
 use super::Outcome;
-use super::arguments::{FitOptions, IdentifyOptions};
+use super::arguments::IdentifyOptions;
 use super::error::CliError;
 use super::fit;
 
@@ -15,15 +16,7 @@ pub(crate) fn run(options: &IdentifyOptions) -> Result<Outcome, CliError> {
         let certainty = answer.certainty.ok_or_else(|| CliError::NoCertainty(what.clone()))?;
         (what.display().to_string(), certainty, true)
     } else {
-        let IdentifyOptions { what, common, contact, discrepancy, json } = options;
-        let fitted = fit::fit(&FitOptions {
-            target: what.clone(),
-            common: common.clone(),
-            out: None,
-            contact: *contact,
-            discrepancy: *discrepancy,
-            json: *json,
-        })?;
+        let fitted = fit::fit(&options.fit.of(what))?;
         let heading = fitted.answer.heading.clone();
         let solved = fitted.solved;
         match fitted.answer.json.certainty {
@@ -100,10 +93,7 @@ fn sides(certainty: &CertaintyJson) -> String {
         return String::new();
     }
     let width = certainty.sides.iter().map(|s| s.name.len()).max().unwrap_or(0);
-    let shown = |i: &IntervalJson| {
-        let percent = |x: f64| format!("{:.0}", 100. * x + 0.);
-        format!("{} ({} to {})", percent(i.value), percent(i.min), percent(i.max))
-    };
+    let shown = |i: &IntervalJson| format!("{} ({} to {})", percent(i.value), percent(i.min), percent(i.max));
     let mut text = format!("\n{:width$}  {:>18}  {:>18}\n", "Sides, per cent", "shared", "left - right");
     for side in &certainty.sides {
         let odd = IntervalJson { value: 2. * side.odd.value, min: 2. * side.odd.min, max: 2. * side.odd.max };

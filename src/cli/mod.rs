@@ -14,6 +14,7 @@ mod map;
 mod progress;
 mod render;
 mod surgery;
+mod symmetry;
 mod table;
 
 use std::borrow::Cow;
@@ -80,6 +81,7 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
     match verb {
         Verb::Fit(options) => fit::run(&options),
         Verb::Identify(options) => identify::run(&options),
+        Verb::Symmetry(options) => symmetry::run(&options),
         Verb::Forward(options) => forward::run(&options),
         Verb::Map(options) => map::run(&options),
         Verb::Render(options) => render::run(&options),

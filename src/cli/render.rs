@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use modiolus::face::Pose;
-use modiolus::io::{read_answer, write_atomically};
+use modiolus::io::{AnswerFiles, read_answer, write_atomically};
 use modiolus::render::{Drawing, Image, RenderError, Scene};
 use modiolus::study::{Mechanics, Mover};
 
@@ -95,10 +95,22 @@ pub(crate) fn displacements(
 }
 
 fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Result<Posed, CliError> {
-    let files = read_answer(dir)?;
     if !options.activate.is_empty() {
         return Err(CliError::ActivatedAnswer { dir: dir.to_owned() });
     }
+    let (mut loaded, files) = read_moved(dir, progress)?;
+    let of = |name: &String| files.activations.get(name).copied().unwrap_or(0.0);
+    let activation = loaded.face.muscles.iter().map(|m| of(&m.name)).collect();
+    let pose = pose(&loaded.face, files.jaw_opening_mm);
+    if let Some(index) = files.operated {
+        loaded.face.teeth = load(&FaceChoice::File(index), progress)?.face.teeth;
+    }
+    Ok(Posed { loaded, activation: Some(activation), displacement: Some(files.displacement), pose })
+}
+
+/// The answer in the folder `dir`, and the face that it moves.
+pub(crate) fn read_moved(dir: &Path, progress: &mut Progress) -> Result<(LoadedFace, AnswerFiles), CliError> {
+    let files = read_answer(dir)?;
     let choice = match files.face.as_str() {
         "standard" => FaceChoice::Standard,
         path => FaceChoice::File(PathBuf::from(path)),
@@ -108,18 +120,12 @@ fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Resul
         face: files.face.clone(),
         reason: Box::new(reason),
     };
-    let mut loaded = load(&choice, progress).map_err(unread)?;
+    let loaded = load(&choice, progress).map_err(unread)?;
     let expected = 3 * loaded.face.mesh.n_nodes();
     if files.displacement.len() != expected {
         let (what, found) = ("displacement", files.displacement.len());
         let error = RenderError::Length { what, found, expected };
         return Err(CliError::AnswerOfOtherFace { path: files.vtu, error });
     }
-    let of = |name: &String| files.activations.get(name).copied().unwrap_or(0.0);
-    let activation = loaded.face.muscles.iter().map(|m| of(&m.name)).collect();
-    let pose = pose(&loaded.face, files.jaw_opening_mm);
-    if let Some(index) = files.operated {
-        loaded.face.teeth = load(&FaceChoice::File(index), progress)?.face.teeth;
-    }
-    Ok(Posed { loaded, activation: Some(activation), displacement: Some(files.displacement), pose })
+    Ok((loaded, files))
 }

@@ -2,7 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use modiolus::io::{ContactJson, LinearJson, MarkerJson, RelaxationEndWord, SolutionJson, UnknownJson};
+use modiolus::certainty::percent;
+use modiolus::io::{
+    ContactJson, LimitJson, LimitKindWord, LinearJson, MarkerJson, RelaxationEndWord, SolutionJson,
+    UnknownJson,
+};
 use modiolus::units::counted;
 
 /// Characters of a full bar.
@@ -45,10 +49,9 @@ fn activations(answer: &SolutionJson) -> String {
     let known: BTreeMap<&str, &UnknownJson> =
         unknowns.map(|unknown| (unknown.name.as_str(), unknown)).collect();
     let interval = |stem: &str, side: &str| {
-        known.get(format!("{stem}{side}").as_str()).map(|u| {
-            let percent = |x: f64| format!("{:.0}", 100. * x + 0.);
-            format!("({} to {})", percent(u.min), percent(u.max))
-        })
+        known
+            .get(format!("{stem}{side}").as_str())
+            .map(|u| format!("({} to {})", percent(u.min), percent(u.max)))
     };
     let mut rows: BTreeMap<&str, [Option<f64>; 3]> = BTreeMap::new();
     for (name, &a) in &answer.activations {
@@ -194,16 +197,38 @@ fn contact(contact: &ContactJson) -> String {
 }
 
 fn limits(answer: &SolutionJson) -> String {
-    if answer.active_limits.is_empty() {
-        return String::new();
+    let (at_rest, caps): (Vec<&LimitJson>, Vec<&LimitJson>) =
+        answer.active_limits.iter().partition(|limit| limit.kind == LimitKindWord::AtRest);
+    let mut text = String::new();
+    if let Some(explained) = answer.explained {
+        text += &format!("The answer explains {} per cent of the observed movement\n", percent(explained));
     }
-    let width = answer.active_limits.iter().map(|l| l.name.len()).max().unwrap_or(0);
-    let mut text = "What holds the answer back (how fast the objective falls when it gives way)\n".to_owned();
-    for limit in answer.active_limits.iter().take(SHOWN_LIMITS) {
-        let per = if limit.unit == "1" { "per unit" } else { &limit.unit };
-        text += &format!("{:width$}  {:10.3} {per}\n", limit.name, limit.multiplier);
+    if !caps.is_empty() {
+        text += "What holds the answer back, and what giving way would gain at first\n";
+        text += &limit_rows(&caps);
     }
-    let more = answer.active_limits.len().saturating_sub(SHOWN_LIMITS);
+    if !at_rest.is_empty() {
+        text += "Muscles at rest that would have to push, which no muscle does\n";
+        text += &limit_rows(&at_rest);
+    }
+    text
+}
+
+fn limit_rows(limits: &[&LimitJson]) -> String {
+    let width = limits.iter().map(|l| l.name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for limit in limits.iter().take(SHOWN_LIMITS) {
+        // A unit of activation is the whole of it: a tenth is a step that means something.
+        text += &match (limit.gain_mm, limit.unit.as_str()) {
+            (Some(gain), "1") => format!("{:width$}  {:8.3} mm per 10 %\n", limit.name, 0.1 * gain),
+            (Some(gain), "1/mm") => format!("{:width$}  {gain:8.3} mm per mm\n", limit.name),
+            (_, unit) => {
+                let per = if unit == "1" { "per unit" } else { unit };
+                format!("{:width$}  {:8.3} {per} of the objective\n", limit.name, limit.multiplier)
+            }
+        };
+    }
+    let more = limits.len().saturating_sub(SHOWN_LIMITS);
     if more > 0 {
         text += &format!("and {}, in solution.json\n", counted(more, "weaker one"));
     }

@@ -43,7 +43,7 @@ pub use problem::{ContactMode, InverseError, Problem};
 pub use program::{Linearisation, Program, Residuals, Space, build};
 pub use sequential::{ActivatedSolution, SequentialQp, SequentialState, SequentialStep};
 pub use solution::{
-    Activations, ActiveLimit, ContactReport, FeatureFit, MarkerFit, Residual, Solution, Status,
+    Activations, ActiveLimit, ContactReport, FeatureFit, LimitKind, MarkerFit, Residual, Solution, Status,
 };
 pub use tangent_program::{FreeUnknowns, Part, TangentProgram};
 pub use target::{

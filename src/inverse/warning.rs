@@ -25,12 +25,10 @@ pub enum Warning {
         /// Muscle.
         muscle: String,
     },
-    /// Two muscles that move the observed points in the same way.
+    /// Muscles that move the observed points in the same way.
     Indistinguishable {
-        /// One muscle.
-        muscle: String,
-        /// The other.
-        other: String,
+        /// The muscles, two or more.
+        muscles: Vec<String>,
     },
     /// A marker that no activation moves, such as one on bone.
     Immovable {
@@ -44,13 +42,13 @@ pub enum Warning {
         /// Muscles, and the opening of the jaw, that are neither fixed nor tied to another.
         muscles: usize,
     },
-    /// The limits keep a marker more than three standard deviations away.
+    /// A marker stays more than three standard deviations away.
     Unreachable {
         /// The farthest marker.
         marker: String,
         /// Its residual, mm.
         residual_mm: f64,
-        /// The limits that stop it, the strongest first.
+        /// The limits that stop it and that a user can change, the strongest first.
         limits: Vec<String>,
     },
     /// The contacts did not settle on the surfaces of the deformed face.
@@ -100,7 +98,14 @@ impl Warning {
             Self::Path { .. } => {
                 "the state depends on how the muscles came to act: read the answer as one of several, or ask for less"
             }
-            Self::Unreachable { .. } => "widen the limits, raise max_force_n, or check the target's scale",
+            Self::Unreachable { limits, .. } if limits.is_empty() => {
+                "no limit of yours stops it: muscles only pull, and none of these pulls it there; check the marker, its scale \
+                 and its side"
+            }
+            Self::Unreachable { .. } => {
+                "loosen a bound or a tie of the target, give a muscle at 1 more max_force_n where that is known, or check the \
+                 target's scale"
+            }
         }
     }
 }
@@ -118,8 +123,8 @@ impl fmt::Display for Warning {
             }
             Self::ExactZero { marker } => write!(f, "marker {marker} is exactly (0, 0, 0)"),
             Self::NoInfluence { muscle } => write!(f, "{muscle} moves no observed point"),
-            Self::Indistinguishable { muscle, other } => {
-                write!(f, "{muscle} and {other} move the observed points alike")
+            Self::Indistinguishable { muscles } => {
+                write!(f, "{} move the observed points alike", muscles.join(" and "))
             }
             Self::Immovable { marker } => write!(f, "no activation moves marker {marker}"),
             Self::Underdetermined { components, muscles } => {
@@ -140,7 +145,11 @@ impl fmt::Display for Warning {
                 "loaded from rest the face comes to another place under these activations, {apart_mm:.3} mm off"
             ),
             Self::Unreachable { marker, residual_mm, limits } => {
-                write!(f, "marker {marker} stays {residual_mm:.3} mm away, held by {}", limits.join(", "))
+                write!(f, "marker {marker} stays {residual_mm:.3} mm away")?;
+                match limits.is_empty() {
+                    true => Ok(()),
+                    false => write!(f, ", held by {}", limits.join(", ")),
+                }
             }
         }
     }

@@ -89,6 +89,8 @@ pub struct SideJson {
     pub even: IntervalJson,
     /// (left - right) / 2; above zero the left is stronger.
     pub odd: IntervalJson,
+    /// Odd part in the least uneven activations that the noise allows; null where none were found.
+    pub least_odd: Option<f64>,
     /// Whether the data say which side is stronger.
     pub uneven: bool,
 }
@@ -154,6 +156,7 @@ impl From<&SideCertainty> for SideJson {
             name: side.name.clone(),
             even: interval(side.even),
             odd: interval(side.odd),
+            least_odd: side.least_odd,
             uneven: side.is_uneven(),
         }
     }

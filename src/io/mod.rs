@@ -31,6 +31,7 @@ mod sha256;
 mod solution_json;
 mod stl;
 mod surface_file;
+mod symmetry_json;
 mod target_toml;
 mod tetgen;
 mod text;
@@ -59,10 +60,11 @@ pub use nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
 pub use plan_toml::{PlanDocument, PlanFileError, parse_plan, plan_schema, read_plan};
 pub use sha256::sha256;
 pub use solution_json::{
-    CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, MarkerJson, RelaxationEndWord,
-    ResidualJson, SolutionJson, StatusWord, solution_schema,
+    CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, LimitKindWord, MarkerJson,
+    RelaxationEndWord, ResidualJson, SolutionJson, StatusWord, solution_schema,
 };
 pub use surface_file::{parse_surface, read_surface};
+pub use symmetry_json::{MiddleJson, PairJson, PublishedJson, SymmetryJson, given_side, symmetry_schema};
 pub use target_toml::{
     FieldLines, TargetDocument, TargetFileError, TargetWarning, parse_target, read_target, target_schema,
 };
