@@ -46,7 +46,10 @@ fn one_muscle_has_the_interval_of_its_noise() {
     let found = certainty(&solved(&seen, &observed, &response, ContactMode::Off), Discrepancy::NONE);
     let muscle = &found.unknowns[0];
     let half = 1.959_963_985 * 0.5 / 10.;
-    assert!((muscle.min - (0.4 - half)).abs() < 1e-6 && (muscle.max - (0.4 + half)).abs() < 1e-6, "{muscle:?}");
+    assert!(
+        (muscle.min - (0.4 - half)).abs() < 1e-6 && (muscle.max - (0.4 + half)).abs() < 1e-6,
+        "{muscle:?}"
+    );
     assert!((muscle.sd - 0.05).abs() < 2e-3 && (muscle.mean - 0.4).abs() < 3e-3, "{muscle:?}");
     assert_eq!(muscle.to_string(), "determined: 40 % (30 to 50)");
     // A strength that is known to 20 per cent: the variance of 0.4 x 10 mm x 0.2 beside that of the noise.
@@ -64,9 +67,15 @@ fn muscles_that_pull_alike_trade_against_each_other() {
     seen.effort = 1e-6;
     let found = certainty(&solved(&seen, &observed, &response, ContactMode::Off), Discrepancy::NONE);
     let [first, second, third, fourth] = &found.unknowns[..] else { unreachable!() };
-    assert_eq!((first.trades.as_slice(), first.determination), (&["muscle_1".to_owned()][..], Determination::Undetermined));
+    assert_eq!(
+        (first.trades.as_slice(), first.determination),
+        (&["muscle_1".to_owned()][..], Determination::Undetermined)
+    );
     assert!(first.min < 1e-3 && (first.max - 0.5).abs() < 0.03 && second.max > 0.49, "{first:?} {second:?}");
-    assert_eq!((third.determination, fourth.determination), (Determination::Determined, Determination::Unseen));
+    assert_eq!(
+        (third.determination, fourth.determination),
+        (Determination::Determined, Determination::Unseen)
+    );
     assert!(third.resolution > 0.99 && fourth.resolution < 0.05, "{third:?} {fourth:?}");
     assert!(found.correlations[(0, 1)] < -0.98, "{}", found.correlations);
     assert_eq!(found.groups, [["muscle_0", "muscle_1"]]);
@@ -82,7 +91,12 @@ fn muscles_that_pull_alike_trade_against_each_other() {
 
 /// Gibbs sampling of the normal distribution with precision `h` and mean `mean`, truncated to [0, 1]: an algorithm that has
 /// nothing in common with the one under test.
-fn gibbs(random: &mut Random, h: &DMatrix<f64>, mean: &DVector<f64>, samples: usize) -> (DVector<f64>, DMatrix<f64>) {
+fn gibbs(
+    random: &mut Random,
+    h: &DMatrix<f64>,
+    mean: &DVector<f64>,
+    samples: usize,
+) -> (DVector<f64>, DMatrix<f64>) {
     let n = mean.len();
     let mut x = DVector::from_element(n, 0.5);
     let (mut sum, mut squares) = (DVector::zeros(n), DMatrix::zeros(n, n));
@@ -147,12 +161,16 @@ fn the_ends_of_an_interval_are_reached_and_no_sample_lies_beyond() {
     let observed = observations(&mut random, points);
     let truth = DVector::from_fn(m, |_, _| random.unit());
     let d = &response.map * truth + random.vector(3 * points) * 0.3;
-    let found = certainty(&solved(&target(&d, 0.3), &observed, &response, ContactMode::Off), Discrepancy::NONE);
-    let misfit = |a: &DVector<f64>| (&response.map * a - &d).norm_squared() / (0.3 * found.noise_factor).powi(2);
+    let found =
+        certainty(&solved(&target(&d, 0.3), &observed, &response, ContactMode::Off), Discrepancy::NONE);
+    let misfit =
+        |a: &DVector<f64>| (&response.map * a - &d).norm_squared() / (0.3 * found.noise_factor).powi(2);
     // All of a grid whose misfit is allowed.
     let grid = 24;
     let points: Vec<DVector<f64>> = (0..(grid + 1usize).pow(4))
-        .map(|k| DVector::from_fn(4, |i, _| (k / (grid + 1usize).pow(i as u32) % (grid + 1)) as f64 / grid as f64))
+        .map(|k| {
+            DVector::from_fn(4, |i, _| (k / (grid + 1usize).pow(i as u32) % (grid + 1)) as f64 / grid as f64)
+        })
         .collect();
     let least = points.iter().map(&misfit).fold(f64::INFINITY, f64::min);
     let allowed: Vec<&DVector<f64>> = points.iter().filter(|a| misfit(a) <= least + 3.841_459).collect();
@@ -160,7 +178,10 @@ fn the_ends_of_an_interval_are_reached_and_no_sample_lies_beyond() {
         let lo = allowed.iter().map(|a| a[k]).fold(1., f64::min);
         let hi = allowed.iter().map(|a| a[k]).fold(0., f64::max);
         let cell = 1. / grid as f64;
-        assert!((unknown.min - lo).abs() < 1.5 * cell && (unknown.max - hi).abs() < 1.5 * cell, "{unknown:?} {lo} {hi}");
+        assert!(
+            (unknown.min - lo).abs() < 1.5 * cell && (unknown.max - hi).abs() < 1.5 * cell,
+            "{unknown:?} {lo} {hi}"
+        );
     }
 }
 
@@ -208,7 +229,13 @@ impl Recovered {
     }
 }
 
-fn recover(here: &Subject, truth: &Subject, noise_mm: f64, discrepancy: Discrepancy, only: Option<&[&str]>) -> Recovered {
+fn recover(
+    here: &Subject,
+    truth: &Subject,
+    noise_mm: f64,
+    discrepancy: Discrepancy,
+    only: Option<&[&str]>,
+) -> Recovered {
     let mut random = Random(7);
     let mut found = Recovered { held: 0, acting: 0, rmse: 0. };
     let (m, mut squares, mut count) = (truth.muscles.len(), 0., 0);
@@ -305,8 +332,8 @@ fn intervals_hold_the_truth_of_another_set_of_muscles() {
     let text = std::fs::read_to_string(root.join("examples/badin/face.toml")).unwrap();
     let own = read("own.toml", &text);
     // The other set lacks one muscle, and its paths leave the mesh by more.
-    let other = text
-        .replace("fibres = \"fibres.csv\"", "fibres = \"fibres_original.csv\"\nmax_projection_mm = 20.0");
+    let other =
+        text.replace("fibres = \"fibres.csv\"", "fibres = \"fibres_original.csv\"\nmax_projection_mm = 20.0");
     let start = other.find("[[muscles]]\nname = \"levator_labii_superioris\"\n").unwrap();
     let end = start + 1 + other[start + 1..].find("[[muscles]]").unwrap();
     let other = read("other.toml", &format!("{}{}", &other[..start], &other[end..]));
@@ -351,5 +378,7 @@ fn a_mirrored_movement_is_symmetric_and_a_turned_one_is_not() {
     let corner = left.pairs.iter().find(|pair| pair.name == "cheilion").unwrap();
     assert!((corner.difference_mm() - 5.).abs() < 1e-9 && (corner.height_mm - 4.).abs() < 1e-9);
     assert_eq!(corner.excursion_ratio(), Some(0.));
-    assert!((corner.direction_deg()[0].unwrap() - 53.130_102).abs() < 1e-5 && corner.direction_deg()[1].is_none());
+    assert!(
+        (corner.direction_deg()[0].unwrap() - 53.130_102).abs() < 1e-5 && corner.direction_deg()[1].is_none()
+    );
 }

@@ -3,6 +3,7 @@
 //! [`TangentProgram`](crate::inverse::TangentProgram) -> misfit in the measure of its noise -> the unknowns that it allows
 //! (intervals) and their distribution (posterior) -> [`Certainty`].
 
+mod design;
 mod determination;
 mod discrepancy;
 mod feasible;
@@ -13,6 +14,7 @@ mod posterior;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+pub use design::{ChosenMarker, MarkerDesign};
 pub use determination::{Determination, UnknownCertainty, percent};
 pub use discrepancy::Discrepancy;
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiolus::certainty::Discrepancy;
 use modiolus::face::{Jaw, standard::Resolution};
+use modiolus::inverse::Target;
 use modiolus::io::nearest;
 use modiolus::render::{MAX_SIDE, MIN_SIDE, Show, View};
 use modiolus::study::{Mechanics, Stiffness, Strain};
@@ -28,6 +29,8 @@ pub(crate) enum Verb {
     Identify(IdentifyOptions),
     /// Tell how far the two sides of a moved face are from mirror images, and which muscles make it so.
     Symmetry(SymmetryOptions),
+    /// Tell where markers on the skin determine the activations best.
+    Markers(MarkersOptions),
     /// Show what given activations do.
     Forward(ForwardOptions),
     /// Write the activation map: what each muscle alone does to each point, without contact.
@@ -125,6 +128,31 @@ pub(crate) struct SymmetryOptions {
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Print symmetry.json instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MarkersOptions {
+    /// How many markers.
+    #[arg(long, value_name = "N", default_value = "12", value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub(crate) count: u16,
+    /// Standard deviation of each component of a marker, mm.
+    #[arg(long, value_name = "MM", default_value = "0.5", value_parser = parse_sigma)]
+    pub(crate) sigma_mm: f64,
+    /// The face: "standard", or a face.toml.
+    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    /// How strong the muscles are, as a multiple of their `max_force_n`.
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = parse_strength)]
+    pub(crate) strength: f64,
+    /// The activation at which every muscle's stiffness is held.
+    #[arg(long, value_name = "fixed=A", default_value = "fixed=0.5", value_parser = parse_fixed)]
+    pub(crate) stiffness: f64,
+    /// How far the model may be from the face: not at all, as far as another mesh, or as far as another anatomist's muscles.
+    #[arg(long, value_name = "none|mesh|anatomy", default_value = "anatomy", value_parser = parse_discrepancy)]
+    pub(crate) discrepancy: Discrepancy,
+    /// Print JSON instead of the table.
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -333,6 +361,14 @@ fn parse_strain(text: &str) -> Result<Strain, String> {
 
 fn parse_discrepancy(text: &str) -> Result<Discrepancy, String> {
     Discrepancy::parse(text).ok_or_else(|| unknown(text, &Discrepancy::NAMES))
+}
+
+fn parse_sigma(text: &str) -> Result<f64, String> {
+    let [least, most] = Target::SIGMA_MM;
+    match text.parse() {
+        Ok(mm) if (least..=most).contains(&mm) => Ok(mm),
+        _ => Err(format!("write a standard deviation in mm, from {least} to {most}, such as 0.5")),
+    }
 }
 
 fn parse_asymmetry(text: &str) -> Result<f64, String> {

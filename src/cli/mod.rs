@@ -11,6 +11,7 @@ mod forward;
 mod identify;
 mod load;
 mod map;
+mod markers;
 mod progress;
 mod render;
 mod surgery;
@@ -82,6 +83,7 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
         Verb::Fit(options) => fit::run(&options),
         Verb::Identify(options) => identify::run(&options),
         Verb::Symmetry(options) => symmetry::run(&options),
+        Verb::Markers(options) => markers::run(&options),
         Verb::Forward(options) => forward::run(&options),
         Verb::Map(options) => map::run(&options),
         Verb::Render(options) => render::run(&options),

@@ -46,7 +46,8 @@ struct Moved {
     heading: String,
     loaded: super::load::LoadedFace,
     displacement: Vec<f64>,
-    sides: Vec<SideJson>,
+    /// The sides of the muscles, and by how much the noise was raised.
+    sides: (Vec<SideJson>, Option<f64>),
     solved: bool,
 }
 
@@ -65,15 +66,18 @@ fn of_target(options: &SymmetryOptions) -> Result<Moved, CliError> {
     Ok(Moved { heading, loaded, displacement, sides, solved })
 }
 
-fn sides(certainty: Option<&CertaintyJson>, activations: &BTreeMap<String, f64>) -> Vec<SideJson> {
+fn sides(
+    certainty: Option<&CertaintyJson>,
+    activations: &BTreeMap<String, f64>,
+) -> (Vec<SideJson>, Option<f64>) {
     if let Some(certainty) = certainty {
-        return certainty.sides.clone();
+        return (certainty.sides.clone(), Some(certainty.noise_factor));
     }
     let both = activations.iter().filter_map(|(name, &left)| {
         let stem = name.strip_suffix("_l")?;
         Some(given_side(stem, left, *activations.get(&format!("{stem}_r"))?))
     });
-    both.collect()
+    (both.collect(), None)
 }
 
 fn write(
@@ -144,7 +148,7 @@ fn table(json: &SymmetryJson, most_mm: Option<f64>) -> String {
         text += &format!(", of the skin {skin:.2} mm");
     }
     text.push('\n');
-    text += &activations(&json.activations);
+    text += &activations(&json.activations, json.noise_factor);
     text += "\nPublished limits, mm\n";
     for limit in &json.published {
         let [least, most] = limit.mm;
@@ -158,7 +162,7 @@ fn table(json: &SymmetryJson, most_mm: Option<f64>) -> String {
     text
 }
 
-fn activations(sides: &[SideJson]) -> String {
+fn activations(sides: &[SideJson], noise_factor: Option<f64>) -> String {
     if sides.is_empty() {
         return String::new();
     }
@@ -185,9 +189,21 @@ fn activations(sides: &[SideJson]) -> String {
             format!("{} {} % stronger on the {stronger}", side.name, percent(2. * odd.abs()))
         })
         .collect();
-    text += &match needed.is_empty() {
-        true => "Within the noise, equal activations on both sides explain this\n".to_owned(),
-        false => format!("The smallest differences that explain this: {}\n", needed.join(", ")),
+    let noise = match noise_factor {
+        Some(factor) if factor > 1.05 => {
+            format!(
+                "Within the noise, raised {factor:.1} times as the residuals are larger than it explains,"
+            )
+        }
+        _ => "Within the noise".to_owned(),
+    };
+    text += &match (needed.is_empty(), noise_factor) {
+        (true, None) => "Both sides were given equal activations\n".to_owned(),
+        (true, Some(_)) => format!("{noise} equal activations on both sides explain this\n"),
+        (false, None) => String::new(),
+        (false, Some(_)) => {
+            format!("{noise} the smallest differences that explain this are: {}\n", needed.join(", "))
+        }
     };
     text
 }

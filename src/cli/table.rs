@@ -91,6 +91,12 @@ fn activations(answer: &SolutionJson) -> String {
             certainty.unknowns.len(),
             of("roughly")
         );
+        if certainty.noise_factor > 1.05 {
+            text += &format!(
+                "The residuals are {:.1} times as large as noise and model explain: the brackets are wider by as much\n",
+                certainty.noise_factor
+            );
+        }
     }
     text
 }

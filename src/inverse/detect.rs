@@ -19,6 +19,10 @@ use super::warning::Warning;
 const NEGLIGIBLE: f64 = 1e-9;
 /// Residuals beyond this many standard deviations ask for an explanation.
 const FAR: f64 = 3.0;
+/// Residual of an outlier, as a multiple of the median one,
+const OUTLYING: f64 = 4.0;
+/// among at least so many markers.
+const FEWEST: usize = 5;
 /// How much better the swapped sides must fit.
 const SWAPPED_SHARE: f64 = 0.5;
 /// Limits named for an unreachable marker, at most.
@@ -182,6 +186,28 @@ fn fit(problem: &Problem, targets: &[[Option<f64>; 3]]) -> Option<(f64, f64)> {
     let squares_mm: f64 = rows.iter().map(|(value, sigma)| (value * sigma).powi(2)).sum();
     let squares: f64 = rows.iter().map(|(value, _)| value * value).sum();
     Some(((squares_mm / seen as f64).sqrt(), (squares / rows.len() as f64).sqrt()))
+}
+
+/// Markers that stay far where most are near.
+pub(super) fn outliers(problem: &Problem, fits: &[MarkerFit]) -> Vec<Warning> {
+    let off: Vec<(f64, f64, &str)> = problem
+        .markers
+        .iter()
+        .zip(fits)
+        .filter_map(|(marker, fit)| {
+            Some((fit.residual_mm? / marker.sigma_mm, fit.residual_mm?, fit.name.as_str()))
+        })
+        .collect();
+    if off.len() < FEWEST {
+        return Vec::new();
+    }
+    let mut sorted: Vec<f64> = off.iter().map(|(sigmas, ..)| *sigmas).collect();
+    sorted.sort_by(f64::total_cmp);
+    let beyond = (OUTLYING * sorted[off.len() / 2]).max(FAR);
+    off.into_iter()
+        .filter(|(sigmas, ..)| *sigmas > beyond)
+        .map(|(sigmas, residual_mm, name)| Warning::Outlier { marker: name.to_owned(), residual_mm, sigmas })
+        .collect()
 }
 
 /// The farthest marker, if it is far, and the limits that stop it and that a user can change.

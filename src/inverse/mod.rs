@@ -47,8 +47,12 @@ pub use solution::{
 };
 pub use tangent_program::{FreeUnknowns, Part, TangentProgram};
 pub use target::{
-    Axis, Bound, Expected, Feature, FeatureGoal, Goal, JawOpening, Marker, MirroredPair, Place, Target,
+    Axis, Bound, Expected, Feature, FeatureGoal, Goal, JawOpening, Loss, Marker, MirroredPair, Place, Prior,
+    Target,
 };
 pub use term::{Row, State, Term, objective};
-pub use terms::{Component, Distance, Effort, MarkerDisplacement, MarkerPosition, MirroredPoints};
+pub use terms::{
+    ActivationPrior, Component, Distance, Effort, HuberMarker, MarkerDisplacement, MarkerPosition,
+    MirroredPoints,
+};
 pub use warning::Warning;

@@ -97,6 +97,7 @@ pub(super) fn solution(
     let mut warnings = detect::before(problem);
     let is_open = warnings.iter().any(|w| matches!(w, Warning::Underdetermined { .. }));
     let status = if is_open && status == Status::Solved { Status::Underdetermined } else { status };
+    warnings.extend(detect::outliers(problem, &markers));
     warnings.extend(detect::unreachable(problem, &markers, &active_limits));
     let (names, m) = (problem.muscles.clone(), problem.n_muscles());
     let values = state.activation.iter().take(m).copied().collect();

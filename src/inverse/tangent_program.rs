@@ -26,8 +26,8 @@ pub enum Part {
     Feature(usize),
     /// The mirrored pair of this index.
     Symmetry(usize),
-    /// Activations that were observed or are thought likely.
-    Prior,
+    /// The activation of this index that was observed or is thought likely.
+    Prior(usize),
     /// The effort: a preference, no observation.
     Effort,
 }

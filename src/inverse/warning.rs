@@ -42,6 +42,15 @@ pub enum Warning {
         /// Muscles, and the opening of the jaw, that are neither fixed nor tied to another.
         muscles: usize,
     },
+    /// A marker far from where all others want it.
+    Outlier {
+        /// The marker.
+        marker: String,
+        /// Its residual, mm.
+        residual_mm: f64,
+        /// Its residual in its standard deviations.
+        sigmas: f64,
+    },
     /// A marker stays more than three standard deviations away.
     Unreachable {
         /// The farthest marker.
@@ -98,6 +107,9 @@ impl Warning {
             Self::Path { .. } => {
                 "the state depends on how the muscles came to act: read the answer as one of several, or ask for less"
             }
+            Self::Outlier { .. } => {
+                "check its label, its side and its unit; leave it out, or write loss = \"huber\" so that it cannot turn the others"
+            }
             Self::Unreachable { limits, .. } if limits.is_empty() => {
                 "no limit of yours stops it: muscles only pull, and none of these pulls it there; check the marker, its scale \
                  and its side"
@@ -143,6 +155,10 @@ impl fmt::Display for Warning {
             Self::Path { apart_mm } => write!(
                 f,
                 "loaded from rest the face comes to another place under these activations, {apart_mm:.3} mm off"
+            ),
+            Self::Outlier { marker, residual_mm, sigmas } => write!(
+                f,
+                "marker {marker} looks like an outlier: {residual_mm:.3} mm off, {sigmas:.0} standard deviations, where the others are near"
             ),
             Self::Unreachable { marker, residual_mm, limits } => {
                 write!(f, "marker {marker} stays {residual_mm:.3} mm away")?;

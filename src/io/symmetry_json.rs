@@ -26,6 +26,8 @@ pub struct SymmetryJson {
     pub largest_mm: Option<f64>,
     /// Whether the largest difference is within what was allowed; null when nothing was.
     pub within: Option<bool>,
+    /// By how much the noise was raised for the residuals to be likely; null where nothing was fitted.
+    pub noise_factor: Option<f64>,
     /// Activations of the muscles of both sides, with the intervals that the data leave where they were fitted.
     pub activations: Vec<SideJson>,
     /// What the published limits are.
@@ -80,7 +82,12 @@ pub struct PublishedJson {
 
 impl SymmetryJson {
     /// Of the face that `result` calls; the pairs may differ by `most_mm`, where that is given.
-    pub fn new(result: String, symmetry: &Symmetry, sides: Vec<SideJson>, most_mm: Option<f64>) -> Self {
+    pub fn new(
+        result: String,
+        symmetry: &Symmetry,
+        (sides, noise_factor): (Vec<SideJson>, Option<f64>),
+        most_mm: Option<f64>,
+    ) -> Self {
         let seen: Vec<f64> = symmetry.map_mm.iter().copied().filter(|mm| mm.is_finite()).collect();
         let largest_mm = symmetry.worst().map(PairSymmetry::difference_mm);
         let squares: f64 = seen.iter().map(|mm| mm * mm).sum();
@@ -96,6 +103,7 @@ impl SymmetryJson {
             skin_rms_mm: (!seen.is_empty()).then(|| (squares / seen.len() as f64).sqrt()),
             largest_mm,
             within: most_mm.zip(largest_mm).map(|(most, largest)| largest <= most),
+            noise_factor,
             activations: sides,
             published: published(),
         }
