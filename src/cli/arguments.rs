@@ -150,7 +150,7 @@ pub(crate) struct MarkersOptions {
     #[arg(long, value_name = "fixed=A", default_value = "fixed=0.5", value_parser = parse_fixed)]
     pub(crate) stiffness: f64,
     /// How far the model may be from the face: not at all, as far as another mesh, or as far as another anatomist's muscles.
-    #[arg(long, value_name = "none|mesh|anatomy", default_value = "anatomy", value_parser = parse_discrepancy)]
+    #[arg(long, value_name = "none|mesh|anatomy", default_value = "mesh", value_parser = parse_discrepancy)]
     pub(crate) discrepancy: Discrepancy,
     /// Print JSON instead of the table.
     #[arg(long)]
