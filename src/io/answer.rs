@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::{CertaintyJson, MeshFileError, WriteError, input, settle_folder, sha256, text, vtk};
+use super::{CertaintyJson, MeshFileError, WriteError, input, settle_folder, sha256, vtk};
 
 /// What a picture needs of an answer: the face that it moves, by how much, and by which muscles.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,17 +88,19 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
     let head = serde_json::from_slice(&json)
         .map_err(|reason| AnswerFileError::Json { path: path.clone(), reason })?;
     let Head { face, activations, jaw_opening_mm, certainty, files } = head;
+    let vtu = dir.join("face.vtu");
+    let mut displacement = None;
     for (name, sha) in &files {
         let file = dir.join(name);
-        if sha256(&read(&file, input::MESH_BYTES)?) != *sha {
+        let bytes = read(&file, input::MESH_BYTES)?;
+        if sha256(&bytes) != *sha {
             return Err(AnswerFileError::Foreign(file));
         }
+        if file == vtu {
+            displacement = Some(vtk::point_vectors(&vtu, &bytes, "displacement")?);
+        }
     }
-    let vtu = dir.join("face.vtu");
-    if !files.contains_key("face.vtu") {
-        return Err(AnswerFileError::NoDisplacement(path));
-    }
-    let displacement = vtk::point_vectors(&vtu, &text::read_bytes(&vtu)?, "displacement")?;
+    let displacement = displacement.ok_or(AnswerFileError::NoDisplacement(path))?;
     let operated = files.contains_key("face.toml").then(|| dir.join("face.toml"));
     Ok(AnswerFiles { face, activations, jaw_opening_mm, displacement, vtu, certainty, operated })
 }
