@@ -11,7 +11,10 @@ use modiolus::certainty::{Certainty, Determination, Discrepancy};
 use modiolus::face::standard::Resolution;
 use modiolus::face::{Face, Symmetry, standard};
 use modiolus::forward::{Model, Response};
-use modiolus::inverse::{Bound, ContactMode, Goal, Marker, Observations, Place, Problem, Solution, Target};
+use modiolus::inverse::{
+    Bound, ContactMode, Goal, Loss, Marker, Observations, Place, Prior, Problem, Solution, Status, Target,
+    Warning,
+};
 use modiolus::io::read_face;
 use modiolus::mesh::{Locator, Site};
 use modiolus::units::Vec3;
@@ -313,7 +316,8 @@ fn intervals_hold_the_truth_on_the_same_and_on_another_mesh() {
         "mentalis_l",
     ];
     let honest = recover(&coarse, &usual, 0.1, Discrepancy::MESH, Some(&eight)).rmse;
-    assert!(honest <= 0.05, "eight muscles from another mesh: {honest:.4}");
+    println!("same {same:.3}, without {bare:.3}, eight muscles {honest:.4}");
+    assert!(honest <= 0.03, "eight muscles from another mesh: {honest:.4}");
 }
 
 /// VERIFICATION 26 with another anatomist's muscles on the same face.
@@ -345,6 +349,80 @@ fn intervals_hold_the_truth_of_another_set_of_muscles() {
             assert!((0.85..=0.985).contains(&coverage), "{noise_mm} mm: {coverage:.3}");
         }
     }
+}
+
+/// The rules for the effort on a problem whose noise is known: misfit and effort go against each other, the misfit at the
+/// weight that the noise chooses is the number of components, and no neighbour has less cross-validation.
+#[test]
+fn the_weight_of_the_effort_follows_the_noise() {
+    let mut random = Random(23);
+    let (m, points) = (8, 6);
+    let response = Body::random(&mut random, 24, m, points, 0).response();
+    let observed = observations(&mut random, points);
+    let truth = DVector::from_fn(m, |_, _| 0.2 + 0.6 * random.unit());
+    let d = &response.map * truth + random.vector(3 * points) * 0.2;
+    let weighed = |effort: f64| {
+        let seen = Target { effort, ..target(&d, 0.2) };
+        let solution = solved(&seen, &observed, &response, ContactMode::Off);
+        let misfit = solution.markers.iter().map(|f| f.residual_mm.unwrap().powi(2)).sum::<f64>() / 0.04;
+        (misfit, certainty(&solution, Discrepancy::NONE).effort.unwrap())
+    };
+    let (_, choice) = weighed(0.1);
+    for pair in choice.curve.windows(2) {
+        assert!(
+            pair[1].misfit >= pair[0].misfit - 1e-9 && pair[1].effort <= pair[0].effort + 1e-9,
+            "{pair:?}"
+        );
+    }
+    // The target's own solver at the weights that were chosen on the tangent.
+    let (misfit, _) = weighed(choice.discrepancy.unwrap());
+    assert!((misfit / (3 * points) as f64 - 1.).abs() < 0.01, "{misfit}");
+    let least = choice.curve.iter().map(|p| p.cross_validation).fold(f64::INFINITY, f64::min);
+    let nearest = choice.curve.iter().find(|p| p.cross_validation == least).unwrap();
+    assert!((choice.cross_validation / nearest.weight).log10().abs() <= 0.25, "{}", choice.cross_validation);
+}
+
+/// Electromyography, to 10 per cent, tells apart what markers cannot.
+#[test]
+fn an_observed_activation_determines_what_markers_leave_open() {
+    let (response, observed) = one_marker(&[[10., 0., 0.], [10., 0., 0.]]);
+    let mut seen = target(&DVector::from_vec(vec![5., 0., 0.]), 0.1);
+    let width = |seen: &Target| {
+        let found = certainty(&solved(seen, &observed, &response, ContactMode::Off), Discrepancy::NONE);
+        found.unknowns[1].max - found.unknowns[1].min
+    };
+    let without = width(&seen);
+    seen.priors = vec![Prior { muscle: "muscle_0".into(), activation: 0.2, sigma: 0.02 }];
+    let solution = solved(&seen, &observed, &response, ContactMode::Off);
+    assert!(
+        (solution.activations.values[0] - 0.2).abs() < 1e-6
+            && (solution.activations.values[1] - 0.3).abs() < 1e-6
+    );
+    let with = width(&seen);
+    let expected = 2. * 1.959_963_985 * 0.02f64.hypot(0.01);
+    assert!(without > 0.48 && (with / expected - 1.).abs() < 1e-3, "{without} {with} {expected}");
+}
+
+/// Twelve markers, of which one is 20 mm off: squares follow it, Huber's loss does not, and it is named.
+#[test]
+fn an_outlier_turns_squares_and_not_hubers_loss() {
+    let mut random = Random(3);
+    let (m, points) = (4, 12);
+    let response = Body::random(&mut random, 24, m, points, 0).response();
+    let observed = observations(&mut random, points);
+    let truth = DVector::from_vec(vec![0.3, 0.5, 0.2, 0.7]);
+    let mut d = &response.map * &truth + random.vector(3 * points) * 0.05;
+    d[15] += 20.;
+    let fit =
+        |loss: Loss| solved(&Target { loss, ..target(&d, 0.05) }, &observed, &response, ContactMode::Off);
+    let off = |solution: &Solution| {
+        solution.activations.values.iter().zip(truth.iter()).map(|(a, b)| (a - b).abs()).fold(0., f64::max)
+    };
+    let (squares, huber) = (fit(Loss::Squares), fit(Loss::Huber(3.)));
+    assert_eq!(huber.status, Status::Solved);
+    assert!(off(&huber) < 0.05 && off(&squares) > 5. * off(&huber), "{} {}", off(&huber), off(&squares));
+    let outlier = |w: &Warning| matches!(w, Warning::Outlier { marker, .. } if marker == "marker_5");
+    assert!(huber.warnings.iter().any(outlier), "{:?}", huber.warnings);
 }
 
 #[test]

@@ -2,9 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::misfit::Misfit;
+use super::misfit::{Misfit, least_quadratic};
 use crate::inverse::ActivationBounds;
-use crate::qp::{self, Answer};
 
 /// Weights of the misfit between which the one is sought that just keeps it.
 const WEIGHTS: [f64; 2] = [1e-8, 1e8];
@@ -20,27 +19,13 @@ pub(super) fn least_odd(
     odd: &DMatrix<f64>,
     offset: &DVector<f64>,
 ) -> Option<DVector<f64>> {
-    let k = bounds.min.len();
     let squares = misfit.matrix.tr_mul(&misfit.matrix);
     let pull = misfit.matrix.tr_mul(&misfit.centre);
     let with = |weight: f64| {
         // Divided by the larger weight, so that both ends are well scaled.
         let (of_odd, of_misfit) = if weight > 1. { (1. / weight, 1.) } else { (1., weight) };
-        let problem = qp::Problem {
-            hessian: odd.tr_mul(odd) * of_odd + &squares * of_misfit,
-            linear: odd.tr_mul(offset) * of_odd - &pull * of_misfit,
-            constant: 0.,
-            equality: DMatrix::zeros(0, k),
-            equality_value: DVector::zeros(0),
-            inequality: DMatrix::zeros(0, k),
-            inequality_limit: DVector::zeros(0),
-            lower: bounds.min.clone(),
-            upper: bounds.max.clone(),
-        };
-        match qp::solve(&problem).ok()? {
-            Answer::Solved(solution) | Answer::NotConverged(Some(solution)) => Some(solution.point.x),
-            _ => None,
-        }
+        let hessian = odd.tr_mul(odd) * of_odd + &squares * of_misfit;
+        least_quadratic(&hessian, &(odd.tr_mul(offset) * of_odd - &pull * of_misfit), bounds)
     };
     let [mut low, mut high] = WEIGHTS;
     let even = with(low)?;

@@ -80,22 +80,8 @@ impl Misfit {
 
     /// The unknowns `y` (k) that fit best within `bounds`.
     pub(super) fn best(&self, bounds: &ActivationBounds) -> Option<DVector<f64>> {
-        let k = bounds.min.len();
-        let problem = qp::Problem {
-            hessian: self.matrix.tr_mul(&self.matrix),
-            linear: -self.matrix.tr_mul(&self.centre),
-            constant: 0.5 * self.centre.norm_squared(),
-            equality: DMatrix::zeros(0, k),
-            equality_value: DVector::zeros(0),
-            inequality: DMatrix::zeros(0, k),
-            inequality_limit: DVector::zeros(0),
-            lower: bounds.min.clone(),
-            upper: bounds.max.clone(),
-        };
-        match qp::solve(&problem).ok()? {
-            Answer::Solved(solution) | Answer::NotConverged(Some(solution)) => Some(solution.point.x),
-            _ => None,
-        }
+        let (hessian, linear) = (self.matrix.tr_mul(&self.matrix), -self.matrix.tr_mul(&self.centre));
+        least_quadratic(&hessian, &linear, bounds)
     }
 
     /// The same with the noise as large as the misfit at the `best` unknowns says, `used` of which it determines.
@@ -111,5 +97,29 @@ impl Misfit {
         self.singular /= self.birge;
         self.rest /= ratio;
         self
+    }
+}
+
+/// The least of `1/2 y'P y + q'y` within `bounds`; `None` where no program converges.
+pub(super) fn least_quadratic(
+    hessian: &DMatrix<f64>,
+    linear: &DVector<f64>,
+    bounds: &ActivationBounds,
+) -> Option<DVector<f64>> {
+    let k = bounds.min.len();
+    let problem = qp::Problem {
+        hessian: hessian.clone(),
+        linear: linear.clone(),
+        constant: 0.,
+        equality: DMatrix::zeros(0, k),
+        equality_value: DVector::zeros(0),
+        inequality: DMatrix::zeros(0, k),
+        inequality_limit: DVector::zeros(0),
+        lower: bounds.min.clone(),
+        upper: bounds.max.clone(),
+    };
+    match qp::solve(&problem).ok()? {
+        Answer::Solved(solution) | Answer::NotConverged(Some(solution)) => Some(solution.point.x),
+        _ => None,
     }
 }

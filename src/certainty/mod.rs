@@ -6,6 +6,7 @@
 mod design;
 mod determination;
 mod discrepancy;
+mod effort_choice;
 mod feasible;
 mod least_odd;
 mod misfit;
@@ -17,6 +18,7 @@ use rayon::prelude::*;
 pub use design::{ChosenMarker, MarkerDesign};
 pub use determination::{Determination, UnknownCertainty, percent};
 pub use discrepancy::Discrepancy;
+pub use effort_choice::{EffortChoice, EffortPoint};
 
 use self::feasible::{Feasible, Range};
 use self::misfit::Misfit;
@@ -61,6 +63,8 @@ pub struct Certainty {
     pub groups: Vec<Vec<String>>,
     /// What the two sides share, and by how much they differ.
     pub sides: Vec<SideCertainty>,
+    /// How much effort to weigh against the markers' own standard deviations; `None` where no program converges.
+    pub effort: Option<EffortChoice>,
 }
 
 /// A muscle of both sides: `even = (left + right) / 2`, `odd = (left - right) / 2`.
@@ -165,6 +169,8 @@ impl Certainty {
             SideCertainty { name, even: part(1., (l + r) / 2.), odd: part(-1., (l - r) / 2.), least_odd }
         });
         let sides = sides.collect();
+        // The target weighs its effort against `sigma_mm` alone.
+        let plain = Misfit::of(program, &free, &Discrepancy::NONE, &DVector::zeros(m));
         let (most, least) = (misfit.singular.max(), misfit.singular.min());
         let is_full = misfit.singular.len() == free.transform.ncols() && least > NEGLIGIBLE * most;
         Some(Self {
@@ -176,6 +182,7 @@ impl Certainty {
             correlations,
             groups,
             sides,
+            effort: plain.and_then(|plain| EffortChoice::of(program, &free, &plain)),
         })
     }
 }

@@ -58,7 +58,15 @@ fn table(heading: &str, certainty: &CertaintyJson) -> String {
             text += &format!("- {}\n", group.join(", "));
         }
     }
-    text + &sides(certainty)
+    text += &sides(certainty);
+    if let Some(effort) = &certainty.effort {
+        let noise = effort.discrepancy.map_or_else(|| "none".to_owned(), |w| format!("{w:.2e}"));
+        text += &format!(
+            "\nWeight of the effort by the corner of the L-curve {:.2e}, by cross-validation {:.2e}, by the size of the noise {noise}\n",
+            effort.l_curve, effort.cross_validation
+        );
+    }
+    text
 }
 
 /// What the intervals rest on.

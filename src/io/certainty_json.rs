@@ -29,6 +29,22 @@ pub struct CertaintyJson {
     pub correlations: Vec<CorrelationJson>,
     /// What the sides share and by how much they differ.
     pub sides: Vec<SideJson>,
+    /// How much effort to weigh by three rules, the noise being that of the target alone; null where none converges.
+    pub effort: Option<EffortJson>,
+}
+
+/// Misfit against effort over the weight `w` of `w/2 sum a^2`, on the tangent of the answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EffortJson {
+    /// Weight at the corner of the L-curve.
+    pub l_curve: f64,
+    /// Weight of least generalised cross-validation.
+    pub cross_validation: f64,
+    /// Weight at which the misfit is as large as the noise makes it; null where there is none.
+    pub discrepancy: Option<f64>,
+    /// The curve: weight, misfit in squared standard deviations, sum of squared activations.
+    pub curve: Vec<[f64; 3]>,
 }
 
 /// How far a model is taken to be from the face that it stands for.
@@ -126,6 +142,12 @@ impl From<&Certainty> for CertaintyJson {
             groups: certainty.groups.clone(),
             correlations: correlations.collect(),
             sides: certainty.sides.iter().map(SideJson::from).collect(),
+            effort: certainty.effort.as_ref().map(|choice| EffortJson {
+                l_curve: choice.l_curve,
+                cross_validation: choice.cross_validation,
+                discrepancy: choice.discrepancy,
+                curve: choice.curve.iter().map(|p| [p.weight, p.misfit, p.effort]).collect(),
+            }),
         }
     }
 }

@@ -41,7 +41,7 @@ mod write_error;
 pub use answer::{AnswerFileError, AnswerFiles, read_answer};
 pub use atomic::write_atomically;
 pub use certainty_json::{
-    CertaintyJson, CorrelationJson, DiscrepancyJson, IntervalJson, SideJson, UnknownJson,
+    CertaintyJson, CorrelationJson, DiscrepancyJson, EffortJson, IntervalJson, SideJson, UnknownJson,
 };
 pub use face_export::{FaceExportError, put_face, write_face};
 pub use face_toml::{
