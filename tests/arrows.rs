@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const ARROWS: [(&str, &[&str]); 11] = [
     ("cli", &["render", "io", "study", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
     ("render", &["forward", "face", "contact", "mesh", "units"]),
-    ("io", &["inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
+    ("io", &["study", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
     ("study", &["inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
     ("inverse", &["forward", "face", "contact", "mesh", "qp", "units"]),
     ("forward", &["face", "contact", "mesh", "qp", "units"]),

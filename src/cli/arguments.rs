@@ -21,8 +21,10 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
-    /// Find the activations that come closest to a target.
+    /// Find the activations that come closest to a target, or to each of several.
     Fit(FitOptions),
+    /// Fit targets and hold each against the result that its file states for the face.
+    Verify(VerifyOptions),
     /// Show what given activations do.
     Forward(ForwardOptions),
     /// Write the activation map: what each muscle alone does to each point, without contact.
@@ -42,20 +44,54 @@ pub(crate) enum Verb {
 
 #[derive(Debug, Args)]
 pub(crate) struct FitOptions {
-    #[arg(value_name = "TARGET.toml", help = "The target, such as targets/symmetric_smile.toml")]
-    pub(crate) target: PathBuf,
+    #[arg(
+        value_name = "TARGET.toml",
+        required = true,
+        help = "The target, such as targets/symmetric_smile.toml; several, or their folder, are fitted as many at once as \
+                there are cores, and give one summary"
+    )]
+    pub(crate) targets: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) common: CommonOptions,
-    /// Folder for solution.json and face.vtu [default: out/NAME, NAME being the target's].
+    /// Folder for solution.json and face.vtu; of several targets each gets its own, DIR/NAME [default: out/FACE/NAME, NAME
+    /// being the target's].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// How lips, cheeks and teeth touch: reactions are unknown forces, kinematic only forbids to
     /// pass through.
     #[arg(long, value_enum, default_value_t = ContactMode::Reactions)]
     pub(crate) contact: ContactMode,
-    /// Print solution.json instead of the table.
+    /// Print solution.json instead of the table; of several targets the summary as JSON.
     #[arg(long)]
     pub(crate) json: bool,
+    /// Write the summary as JUnit XML, too: a target that is not solved is a failure.
+    #[arg(long, value_name = "FILE.xml", value_parser = |text: &str| parse_out(text, "xml", "JUnit reports are XML"))]
+    pub(crate) junit: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct VerifyOptions {
+    #[arg(
+        value_name = "TARGET.toml|DIR",
+        required = true,
+        help = "Target files, or folders of them, such as targets"
+    )]
+    pub(crate) targets: Vec<PathBuf>,
+    /// The face: "standard", "standard_coarse", "standard_fine", or a face.toml.
+    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    /// On the coarse standard face, in a third of the time: --face standard_coarse.
+    #[arg(long, conflicts_with = "face")]
+    pub(crate) fast: bool,
+    /// Write each answer to DIR/NAME, NAME being the target's.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print the summary as JSON instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Write the summary as JUnit XML, too: a target that is not as its file states is a failure.
+    #[arg(long, value_name = "FILE.xml", value_parser = |text: &str| parse_out(text, "xml", "JUnit reports are XML"))]
+    pub(crate) junit: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -82,7 +118,7 @@ long, required_unless_present = "jaw_opening", value_name = "NAME=VALUE", value_
 
 #[derive(Debug, Args)]
 pub(crate) struct MapOptions {
-    /// The face: "standard", or a face.toml.
+    /// The face: "standard", "standard_coarse", "standard_fine", or a face.toml.
     #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
     /// The activation at which every muscle's stiffness is held: only then is there a linear map.
@@ -158,7 +194,7 @@ pub(crate) struct FiguresOptions {
 pub(crate) struct SurgeryOptions {
     #[arg(value_name = "PLAN.toml", help = "The plan, such as examples/setback/plan.toml")]
     pub(crate) plan: PathBuf,
-    /// The face: "standard", or a face.toml.
+    /// The face: "standard", "standard_coarse", "standard_fine", or a face.toml.
     #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
     /// Folder for the new face (face.toml and its files), and for solution.json and face.vtu: how the old one
@@ -172,7 +208,7 @@ pub(crate) struct SurgeryOptions {
 
 #[derive(Clone, Debug, Args)]
 pub(crate) struct CommonOptions {
-    /// The face: "standard", or a face.toml.
+    /// The face: "standard", "standard_coarse", "standard_fine", or a face.toml.
     #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
     /// How strain is measured: linear is right for small movements and the founding paper's, finite for any.
@@ -191,7 +227,7 @@ pub(crate) struct CommonOptions {
 pub(crate) enum FaceVerb {
     /// Say whether a face can be used, and what is odd about it.
     Check {
-        /// "standard", or a face.toml.
+        /// "standard", "standard_coarse", "standard_fine", or a face.toml.
         #[arg(value_parser = parse_face)]
         face: FaceChoice,
     },
@@ -212,8 +248,8 @@ pub(crate) enum FaceVerb {
 /// Which face to use.
 #[derive(Clone, Debug)]
 pub(crate) enum FaceChoice {
-    /// The built-in one.
-    Standard,
+    /// A built-in one.
+    Standard(Resolution),
     /// One described by a file.
     File(PathBuf),
 }
@@ -248,11 +284,17 @@ pub(crate) enum ContactMode {
     Off,
 }
 
+impl FaceChoice {
+    /// The face that `text` names: a built-in one, or a path.
+    pub(crate) fn named(text: &str) -> Self {
+        Resolution::of_face(text).map_or_else(|| Self::File(PathBuf::from(text)), Self::Standard)
+    }
+}
+
 fn parse_face(text: &str) -> Result<FaceChoice, String> {
     match text {
         "" => Err("give \"standard\" or the path of a face.toml".to_owned()),
-        "standard" => Ok(FaceChoice::Standard),
-        path => Ok(FaceChoice::File(PathBuf::from(path))),
+        text => Ok(FaceChoice::named(text)),
     }
 }
 

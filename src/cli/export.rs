@@ -1,5 +1,6 @@
 //! The files of an answer, and what stdout gets.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
@@ -11,7 +12,6 @@ use modiolus::study::Strain;
 use modiolus::units::{Vec3, counted};
 
 use super::error::CliError;
-use super::load::LoadedFace;
 use super::progress::say;
 use super::table;
 
@@ -90,12 +90,12 @@ pub(crate) fn beyond(strain: Strain, d: &Deformation) -> Vec<String> {
 /// The files of an answer.
 pub(crate) const ANSWER: [&str; 2] = ["solution.json", "face.vtu"];
 
-/// Refuses to write to any of the `paths` that `loaded` was read from.
+/// Refuses to write to any of the `paths` that is one of the `inputs`, by name.
 pub(crate) fn keep_inputs(
-    loaded: &LoadedFace,
+    inputs: &BTreeMap<String, String>,
     paths: impl IntoIterator<Item = PathBuf>,
 ) -> Result<(), CliError> {
-    let inputs: Vec<PathBuf> = loaded.inputs.keys().filter_map(|name| fs::canonicalize(name).ok()).collect();
+    let inputs: Vec<PathBuf> = inputs.keys().filter_map(|name| fs::canonicalize(name).ok()).collect();
     for path in paths {
         if fs::canonicalize(&path).is_ok_and(|path| inputs.contains(&path)) {
             return Err(CliError::OverInput(path));

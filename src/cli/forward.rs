@@ -19,7 +19,7 @@ use super::progress::Progress;
 pub(crate) fn run(options: &ForwardOptions) -> Result<Outcome, CliError> {
     let mut progress = Progress::new();
     let loaded = load(&options.common.face, &mut progress)?.with_strength(options.common.strength);
-    keep_inputs(&loaded, ANSWER.map(|name| options.out.join(name)))?;
+    keep_inputs(&loaded.inputs, ANSWER.map(|name| options.out.join(name)))?;
     let face = &loaded.face;
     let muscles: Vec<String> = face.muscles.iter().map(|m| m.name.clone()).collect();
     let activation = resolve(&options.activate, &muscles)?;

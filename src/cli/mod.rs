@@ -12,6 +12,7 @@ mod load;
 mod map;
 mod progress;
 mod render;
+mod suite;
 mod surgery;
 mod table;
 
@@ -75,9 +76,16 @@ pub(crate) fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(shown).collect())
 }
 
+/// `name` as that of a file or folder: face files may use any letters.
+pub(crate) fn file_name(name: &str) -> String {
+    let safe = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
+    name.chars().map(safe).collect()
+}
+
 fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
     match verb {
         Verb::Fit(options) => fit::run(&options),
+        Verb::Verify(options) => suite::verify(options),
         Verb::Forward(options) => forward::run(&options),
         Verb::Map(options) => map::run(&options),
         Verb::Render(options) => render::run(&options),

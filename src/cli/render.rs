@@ -1,6 +1,6 @@
 //! `modiolus render`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use modiolus::face::Pose;
 use modiolus::io::{read_answer, write_atomically};
@@ -32,7 +32,7 @@ pub(crate) fn run(options: &RenderOptions) -> Result<Outcome, CliError> {
         face => activated(face, options, &mut progress)?,
     };
     let Posed { loaded, activation, displacement, pose } = &posed;
-    keep_inputs(loaded, [options.out.clone()])?;
+    keep_inputs(&loaded.inputs, [options.out.clone()])?;
     if options.show.displacement && displacement.is_none() {
         return Err(CliError::NothingMoves);
     }
@@ -99,10 +99,7 @@ fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Resul
     if !options.activate.is_empty() {
         return Err(CliError::ActivatedAnswer { dir: dir.to_owned() });
     }
-    let choice = match files.face.as_str() {
-        "standard" => FaceChoice::Standard,
-        path => FaceChoice::File(PathBuf::from(path)),
-    };
+    let choice = FaceChoice::named(&files.face);
     let unread = |reason| CliError::FaceOfAnswer {
         dir: dir.to_owned(),
         face: files.face.clone(),

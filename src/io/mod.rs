@@ -3,6 +3,7 @@
 mod answer;
 mod atomic;
 mod csv;
+mod escaped;
 mod face_export;
 mod face_toml;
 mod feb;
@@ -11,6 +12,7 @@ mod format;
 mod inp;
 mod input;
 mod input_file;
+mod junit;
 mod lines;
 mod location;
 mod map_npz;
@@ -28,8 +30,11 @@ mod polygons;
 mod schema;
 mod sha256;
 mod solution_json;
+mod standing;
 mod stl;
+mod suite_json;
 mod surface_file;
+mod target_files;
 mod target_toml;
 mod tetgen;
 mod text;
@@ -45,6 +50,7 @@ pub use face_toml::{
 };
 pub use file_set::{FileSet, settle_folder};
 pub use input_file::{InputFile, UnreadableText};
+pub use junit::junit_text;
 pub use location::Location;
 pub use map_npz::{MapFileError, MapNpz};
 pub use mesh_document::{MeshDocument, MeshFileWarning, NoSet};
@@ -58,7 +64,10 @@ pub use solution_json::{
     CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, MarkerJson, RelaxationEndWord,
     ResidualJson, SolutionJson, StatusWord, solution_schema,
 };
+pub use standing::Standing;
+pub use suite_json::{SuiteJson, SuiteTargetJson, VerdictWord, suite_schema};
 pub use surface_file::{parse_surface, read_surface};
+pub use target_files::{SuiteError, read_targets};
 pub use target_toml::{
     FieldLines, TargetDocument, TargetFileError, TargetWarning, parse_target, read_target, target_schema,
 };

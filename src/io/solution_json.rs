@@ -56,7 +56,7 @@ pub struct SolutionJson {
     pub face_warnings: Vec<String>,
     /// Wall time of each step, s.
     pub timings_s: BTreeMap<String, f64>,
-    /// The face: "standard", or the path of its face.toml as given.
+    /// The face: the name of a built-in face, or the path of its face.toml as given.
     pub face: String,
     /// SHA-256 of each input file, by its name on the command line.
     pub inputs: BTreeMap<String, String>,
@@ -81,6 +81,19 @@ pub enum StatusWord {
     Underdetermined,
     /// Nothing to fit.
     NoData,
+}
+
+impl StatusWord {
+    /// The word as a table says it.
+    pub fn said(self) -> &'static str {
+        match self {
+            Self::Solved => "solved",
+            Self::Infeasible => "infeasible",
+            Self::NotConverged => "not converged",
+            Self::Underdetermined => "underdetermined",
+            Self::NoData => "no data",
+        }
+    }
 }
 
 impl From<Status> for StatusWord {
@@ -289,13 +302,17 @@ impl SolutionJson {
     /// # Errors
     /// When the text cannot be put together, which no value of the fields brings about.
     pub fn to_text(&self) -> Result<String, serde_json::Error> {
-        let text = serde_json::to_string_pretty(self)? + "\n";
-        // JSON lets DEL and the C1 controls stand in strings, where they steer a terminal that shows the file.
-        let is_control = |c: char| c.is_control() && c != '\n';
-        let written =
-            |c: char| if is_control(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
-        Ok(if text.contains(is_control) { text.chars().map(written).collect() } else { text })
+        to_text(self)
     }
+}
+
+/// `value` as JSON that is indented, ends in a newline and steers no terminal.
+pub(super) fn to_text(value: &impl Serialize) -> Result<String, serde_json::Error> {
+    let text = serde_json::to_string_pretty(value)? + "\n";
+    // JSON lets DEL and the C1 controls stand in strings, where they steer a terminal that shows the file.
+    let is_control = |c: char| c.is_control() && c != '\n';
+    let written = |c: char| if is_control(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    Ok(if text.contains(is_control) { text.chars().map(written).collect() } else { text })
 }
 
 /// The JSON schema of answers, as in `schemas/solution.schema.json`.
