@@ -4,11 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Chapters and what each may import; `cli` is the program, the others are the library.
-const ARROWS: [(&str, &[&str]); 11] = [
-    ("cli", &["render", "io", "study", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
+const ARROWS: [(&str, &[&str]); 12] = [
+    ("cli", &["render", "io", "study", "certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
     ("render", &["forward", "face", "contact", "mesh", "units"]),
-    ("io", &["study", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
-    ("study", &["inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
+    ("io", &["study", "certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
+    ("study", &["certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
+    ("certainty", &["inverse", "face", "qp", "units"]),
     ("inverse", &["forward", "face", "contact", "mesh", "qp", "units"]),
     ("forward", &["face", "contact", "mesh", "qp", "units"]),
     ("face", &["contact", "mesh", "units"]),

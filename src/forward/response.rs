@@ -29,7 +29,7 @@ pub struct Response {
 }
 
 /// The contact rows of a [`Response`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ContactResponse {
     /// What each of the `c` contacts keeps apart.
     pub kinds: Vec<PairKind>,

@@ -9,6 +9,7 @@ use super::piece::{Outcome, Piece};
 use super::problem::{MarkerAim, Problem};
 use super::program::Linearisation;
 use super::solution::{ActiveLimit, MarkerFit};
+use super::tangent_program::FreeUnknowns;
 use super::target::Goal;
 use super::term::Term;
 use super::terms::MarkerDisplacement;
@@ -93,23 +94,10 @@ fn is_free(problem: &Problem, j: usize, k: usize) -> bool {
 /// Whether the terms leave a direction of the free unknowns open: the rank of their residuals at rest, without
 /// contact, against the number of unknowns that are neither fixed nor tied to another. An effort has full rank.
 fn underdetermined(problem: &Problem) -> Option<Warning> {
-    let n = problem.n_unknowns();
-    // Each unknown goes with the first of those that it is tied to.
-    let mut leader: Vec<usize> = (0..n).collect();
-    for &[a, b] in &problem.tied.pairs {
-        let (from, to) = (leader[a].max(leader[b]), leader[a].min(leader[b]));
-        leader.iter_mut().filter(|k| **k == from).for_each(|k| *k = to);
-    }
-    let is_fixed = |k: usize| problem.bounds.min[k] == problem.bounds.max[k];
-    let free: Vec<usize> = (0..n).filter(|&k| leader[k] == k && !is_fixed(k)).collect();
+    let free = FreeUnknowns::new(&problem.bounds, &problem.tied).transform;
     let terms = problem.linearise(&problem.rest()).residuals(&problem.space).matrix;
-    let mut columns = DMatrix::zeros(terms.nrows(), free.len());
-    for (column, leads) in free.iter().enumerate() {
-        for k in (0..n).filter(|k| leader[*k] == *leads) {
-            columns.column_mut(column).axpy(1., &terms.column(k), 1.);
-        }
-    }
-    let (components, muscles) = (rank(&columns), free.len());
+    let columns = terms * &free;
+    let (components, muscles) = (rank(&columns), free.ncols());
     (components < muscles).then_some(Warning::Underdetermined { components, muscles })
 }
 

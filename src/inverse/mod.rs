@@ -25,6 +25,7 @@ mod sequential;
 mod solution;
 mod solve;
 mod spelling;
+mod tangent_program;
 mod target;
 mod term;
 mod terms;
@@ -44,6 +45,7 @@ pub use sequential::{ActivatedSolution, SequentialQp, SequentialState, Sequentia
 pub use solution::{
     Activations, ActiveLimit, ContactReport, FeatureFit, MarkerFit, Residual, Solution, Status,
 };
+pub use tangent_program::{ContactSlacks, FreeUnknowns, Part, TangentProgram};
 pub use target::{
     Axis, Bound, Expected, Feature, FeatureGoal, Goal, JawOpening, Marker, MirroredPair, Place, Target,
 };

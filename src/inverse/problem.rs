@@ -11,6 +11,7 @@ use super::limit::Limit;
 use super::limits::{ActivationBounds, ContactReactions, KinematicContact, TiedPairs};
 use super::observations::Observations;
 use super::program::{Linearisation, Program, Space, build};
+use super::tangent_program::Part;
 use super::target::{FeatureGoal, Goal, JawOpening, Target};
 use super::term::{State, Term};
 use super::terms::{Component, Distance, Effort, MarkerDisplacement, MarkerPosition, MirroredPoints};
@@ -97,6 +98,10 @@ pub struct Problem {
     pub(super) tied: TiedPairs,
     pub(super) markers: Vec<MarkerAim>,
     pub(super) features: Vec<FeatureAim>,
+    /// What each of the terms is of.
+    pub(super) parts: Vec<Part>,
+    /// The observed points at rest (p), mm.
+    pub(super) points_mm: Vec<Vec3>,
 }
 
 impl Problem {
@@ -122,14 +127,16 @@ impl Problem {
             tied: TiedPairs::default(),
             markers: Vec::new(),
             features: Vec::new(),
+            parts: Vec::new(),
+            points_mm: observations.sites.iter().map(|site| site.position).collect(),
         };
         problem.add_markers(target, observations);
         problem.add_features(target, observations)?;
-        for (pair, &[left, right]) in target.symmetry.iter().zip(&observations.symmetry) {
-            problem.terms.push(Box::new(MirroredPoints { left, right, sigma_mm: pair.sigma_mm }));
+        for (k, (pair, &[left, right])) in target.symmetry.iter().zip(&observations.symmetry).enumerate() {
+            problem.add(Part::Symmetry(k), MirroredPoints { left, right, sigma_mm: pair.sigma_mm });
         }
         if target.effort > 0.0 {
-            problem.terms.push(Box::new(Effort { muscles: response.muscles.len(), weight: target.effort }));
+            problem.add(Part::Effort, Effort { muscles: response.muscles.len(), weight: target.effort });
         }
         for (k, bound) in target.bounds.iter().enumerate() {
             let muscle = muscle_index(&problem.muscles, &bound.muscle, || format!("bounds[{k}].muscle"))?;
@@ -146,7 +153,7 @@ impl Problem {
     }
 
     fn add_markers(&mut self, target: &Target, observations: &Observations) {
-        for (marker, &point) in target.markers.iter().zip(&observations.markers) {
+        for (k, (marker, &point)) in target.markers.iter().zip(&observations.markers).enumerate() {
             let (rest_mm, sigma_mm) = (observations.sites[point].position, marker.sigma_mm);
             let place = match &marker.at {
                 super::Place::Landmark(name) => name.clone(),
@@ -154,13 +161,13 @@ impl Problem {
             };
             let target_mm = match marker.goal {
                 Goal::Displacement(target_mm) => {
-                    self.terms.push(Box::new(MarkerDisplacement { point, target_mm, sigma_mm }));
+                    self.add(Part::Marker(k), MarkerDisplacement { point, target_mm, sigma_mm });
                     target_mm
                 }
                 Goal::Position(target_mm) => {
                     let term = MarkerPosition { point, rest_mm, target_mm, sigma_mm };
                     let target_mm = term.displacement().target_mm;
-                    self.terms.push(Box::new(term));
+                    self.add(Part::Marker(k), term);
                     target_mm
                 }
             };
@@ -184,7 +191,7 @@ impl Problem {
             match axis {
                 Some(axis) => {
                     let rest_mm = rest_length;
-                    self.terms.push(Box::new(Component { from, to, axis, rest_mm, value_mm, sigma_mm }));
+                    self.add(Part::Feature(k), Component { from, to, axis, rest_mm, value_mm, sigma_mm });
                 }
                 None if rest_length == 0.0 => {
                     return Err(TargetError::SamePoint { field: format!("features[{k}]") });
@@ -194,7 +201,7 @@ impl Problem {
                     return Err(TargetError::NegativeDistance { field, value: value_mm });
                 }
                 None => {
-                    self.terms.push(Box::new(Distance { from, to, rest_mm: rest, value_mm, sigma_mm }));
+                    self.add(Part::Feature(k), Distance { from, to, rest_mm: rest, value_mm, sigma_mm });
                 }
             }
             self.features.push(FeatureAim {
@@ -236,6 +243,16 @@ impl Problem {
         &self.terms
     }
 
+    /// What each of the terms is of.
+    pub(super) fn parts(&self) -> impl Iterator<Item = Part> {
+        self.parts.iter().copied()
+    }
+
+    fn add(&mut self, part: Part, term: impl Term + 'static) {
+        self.parts.push(part);
+        self.terms.push(Box::new(term));
+    }
+
     /// Rest: least activations, and the displacements they cause without contact.
     pub fn rest(&self) -> State {
         let activation = self.bounds.min.clone();
@@ -266,13 +283,7 @@ impl Problem {
                 build(&terms.residuals(&self.space), &limits)
             }
             (ContactMode::Reactions, Some(contact)) => {
-                let open = (0..contact.gap.len()).filter(|i| !touching.contains(i)).collect();
-                let reactions = ContactReactions {
-                    contact: Arc::clone(contact),
-                    forces: touching.to_vec(),
-                    touching: touching.to_vec(),
-                    open,
-                };
+                let reactions = ContactReactions::piece(contact, touching);
                 limits.push(&reactions);
                 let mut observed = DMatrix::zeros(d, m + touching.len());
                 observed.columns_mut(0, m).copy_from(&self.space.observed);

@@ -88,6 +88,17 @@ impl Linearisation {
         Residuals { matrix: transposed.transpose(), value }
     }
 
+    /// Derivatives of the residuals by the `d` observed displacements (rows x d), 1/mm.
+    pub fn by_observed(&self, d: usize) -> DMatrix<f64> {
+        let mut derivatives = DMatrix::zeros(self.rows.len(), d);
+        for (k, row) in self.rows.iter().enumerate() {
+            for &(point_row, weight) in &row.observed {
+                derivatives[(k, point_row)] += weight;
+            }
+        }
+        derivatives
+    }
+
     /// `1/2 |r|^2` at `state`.
     pub fn objective(&self, state: &State) -> f64 {
         self.rows.iter().map(|row| 0.5 * self.residual(row, state).powi(2)).sum()

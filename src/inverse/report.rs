@@ -1,5 +1,7 @@
 //! From the numbers of an optimum to a solution with names.
 
+use std::sync::Arc;
+
 use nalgebra::DVector;
 
 use super::branching::Bound;
@@ -10,6 +12,7 @@ use super::problem::{ContactMode, Problem};
 use super::solution::{
     Activations, ActiveLimit, ContactReport, FeatureFit, MarkerFit, Residual, Solution, Status,
 };
+use super::tangent_program::TangentProgram;
 use super::target::JawOpening;
 use super::term::{State, objective};
 use super::warning::Warning;
@@ -46,6 +49,7 @@ pub(super) fn empty(problem: &Problem, status: Status) -> Solution {
         active_limits: Vec::new(),
         contact: ContactReport::default(),
         certificate: Certificate::default(),
+        program: None,
         infeasible: None,
         warnings: detect::before(problem),
     }
@@ -74,6 +78,7 @@ pub(super) fn solution(
     }
     let state = State { observed, activation };
     let value = objective(&problem.terms, &state);
+    let program = TangentProgram::new(problem, mode, &state, touching, point);
     let markers = marker_fits(problem, &state);
     let residuals: Vec<f64> = markers.iter().filter_map(|m| m.residual_mm).collect();
     let residual = Residual {
@@ -110,6 +115,7 @@ pub(super) fn solution(
         active_limits,
         contact,
         certificate,
+        program: Some(Arc::new(program)),
         infeasible: None,
         warnings,
     }

@@ -1,10 +1,12 @@
 //! What the inverse answers.
 
 use std::fmt;
+use std::sync::Arc;
 
 use nalgebra::DVector;
 
 use super::branching::RelaxationEnd;
+use super::tangent_program::TangentProgram;
 use super::warning::Warning;
 use crate::qp::{Certificate, Infeasible};
 use crate::units::Vec3;
@@ -161,6 +163,8 @@ pub struct Solution {
     pub contact: ContactReport,
     /// Residuals of the program that was solved, with every contact in it.
     pub certificate: Certificate,
+    /// The program of the answer; `None` where there is none.
+    pub program: Option<Arc<TangentProgram>>,
     /// Proof that the limits contradict each other, when they do.
     pub infeasible: Option<Infeasible>,
     /// What to look at before believing the answer.

@@ -1,9 +1,12 @@
 //! The interior-point solver Clarabel: the only file that knows it.
 
 use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT};
+use clarabel::solver::{
+    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SecondOrderConeT, SolverStatus, ZeroConeT,
+};
 use nalgebra::DVector;
 
+use super::extreme::{BallSection, Multipliers};
 use super::{Point, Problem};
 
 /// How the solver is asked; the later ones are for programs on which the earlier ones stall.
@@ -171,4 +174,41 @@ pub(super) fn solve(problem: &Problem, effort: Effort) -> Outcome {
         _ if point.is_finite() => Outcome::Point(point),
         _ => Outcome::Failed,
     }
+}
+
+/// The point of `set` with the least `f'x`, and its multipliers.
+pub(super) fn least(set: &BallSection, f: &DVector<f64>) -> Option<(DVector<f64>, Multipliers)> {
+    let ((k, n), g) = (set.ball.shape(), set.inequality.nrows());
+    // Rows: G x <= h, x <= hi, -x <= -lo; then (1, c - B x) in the cone.
+    let columns: Vec<Vec<(usize, f64)>> = (0..n)
+        .map(|j| {
+            let rows = (0..g).map(|i| (i, set.inequality[(i, j)]));
+            let bounds = [(g + j, 1.), (g + n + j, -1.)];
+            rows.chain(bounds).chain((0..k).map(|i| (g + 2 * n + 1 + i, set.ball[(i, j)]))).collect()
+        })
+        .collect();
+    let limits = set.inequality_limit.iter().chain(set.upper.iter()).copied();
+    let lower = set.lower.iter().map(|lo| -lo);
+    let value: Vec<f64> = limits.chain(lower).chain([1.]).chain(set.centre.iter().copied()).collect();
+    let cones = [NonnegativeConeT(g + 2 * n), SecondOrderConeT(k + 1)];
+    for effort in Effort::ALL {
+        let settings = DefaultSettings { tol_gap_abs: 1e-9, tol_gap_rel: 1e-9, ..effort.settings() };
+        let (hessian, matrix) = (csc(n, &vec![Vec::new(); n]), csc(value.len(), &columns));
+        let Ok(mut solver) = DefaultSolver::new(&hessian, f.as_slice(), &matrix, &value, &cones, settings) else {
+            continue;
+        };
+        solver.solve();
+        let solution = &solver.solution;
+        match solution.status {
+            SolverStatus::Solved | SolverStatus::AlmostSolved => {
+                let z = &solution.z;
+                let ball = DVector::from_iterator(k, z[g + 2 * n + 1..].iter().map(|v| -v));
+                let rows = DVector::from_iterator(g, z[..g].iter().map(|v| v.max(0.)));
+                return Some((DVector::from_column_slice(&solution.x), Multipliers { ball, rows }));
+            }
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => return None,
+            _ => {}
+        }
+    }
+    None
 }

@@ -4,6 +4,7 @@
 
 mod certificate;
 mod clarabel;
+mod extreme;
 mod infeasible;
 mod linear_system;
 mod point;
@@ -15,6 +16,7 @@ mod solution;
 mod unbounded;
 
 pub use certificate::{Certificate, TOLERANCE};
+pub use extreme::{BallSection, Extreme};
 pub use infeasible::Infeasible;
 pub use point::Point;
 pub use problem::{Data, Problem, ProblemError};

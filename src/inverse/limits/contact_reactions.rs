@@ -25,6 +25,16 @@ pub struct ContactReactions {
 }
 
 impl ContactReactions {
+    /// The piece on which the contacts `touching` touch with forces and all others are open.
+    pub fn piece(contact: &Arc<ContactResponse>, touching: &[usize]) -> Self {
+        Self {
+            contact: Arc::clone(contact),
+            forces: touching.to_vec(),
+            touching: touching.to_vec(),
+            open: (0..contact.gap.len()).filter(|i| !touching.contains(i)).collect(),
+        }
+    }
+
     fn gap(&self, i: usize, n: usize) -> DVector<f64> {
         let m = self.contact.approach.ncols();
         let mut row = DVector::zeros(n);
