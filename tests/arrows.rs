@@ -5,7 +5,22 @@ use std::path::{Path, PathBuf};
 
 /// Chapters and what each may import; `cli` is the program, the others are the library.
 const ARROWS: [(&str, &[&str]); 12] = [
-    ("cli", &["render", "io", "study", "certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
+    (
+        "cli",
+        &[
+            "render",
+            "io",
+            "study",
+            "certainty",
+            "inverse",
+            "forward",
+            "face",
+            "contact",
+            "mesh",
+            "qp",
+            "units",
+        ],
+    ),
     ("render", &["forward", "face", "contact", "mesh", "units"]),
     ("io", &["study", "certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
     ("study", &["certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),

@@ -4,7 +4,9 @@
 
 use std::path::PathBuf;
 
-use modiolus::io::{face_schema, plan_schema, solution_schema, suite_schema, target_schema};
+use modiolus::io::{
+    comparison_schema, face_schema, plan_schema, solution_schema, suite_schema, target_schema,
+};
 
 fn holds(file: &str, derived: &str) {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("schemas").join(file);
@@ -28,6 +30,11 @@ fn the_solution_schema_is_published() {
 #[test]
 fn the_suite_schema_is_published() {
     holds("suite.schema.json", &suite_schema());
+}
+
+#[test]
+fn the_comparison_schema_is_published() {
+    holds("comparison.schema.json", &comparison_schema());
 }
 
 #[test]

@@ -69,7 +69,8 @@ fn badin(original: bool) -> Face {
     let base = data.join("badin_face");
     let mut text = std::fs::read_to_string(root.join("examples/badin/face.toml")).unwrap();
     if original {
-        text = text.replace("fibres = \"fibres.csv\"", "fibres = \"fibres_original.csv\"\nmax_projection_mm = 20.0");
+        text = text
+            .replace("fibres = \"fibres.csv\"", "fibres = \"fibres_original.csv\"\nmax_projection_mm = 20.0");
         let start = text.find("[[muscles]]\nname = \"levator_labii_superioris\"\n").unwrap();
         let end = start + text[start + 1..].find("[[muscles]]").unwrap() + 1;
         text.replace_range(start..end, "");
@@ -109,7 +110,12 @@ fn discrepancy(title: &str, here: &Subject, other: &Subject) {
     }
     let rms = |x: &[f64]| (x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64).sqrt();
     let near: Vec<String> = near.iter().map(|(s, n)| format!("{:.2}", s / (*n).max(1) as f64)).collect();
-    println!("{title}: strength {:.3}, shape {:.3}, correlation by 5 mm {}", rms(&strengths), rms(&shapes), near.join(" "));
+    println!(
+        "{title}: strength {:.3}, shape {:.3}, correlation by 5 mm {}",
+        rms(&strengths),
+        rms(&shapes),
+        near.join(" ")
+    );
 }
 
 #[derive(Default)]
@@ -148,7 +154,8 @@ fn recover(
             goal: Goal::Displacement([0, 1, 2].map(|axis| Some(seen[3 * k + axis]))),
             sigma_mm: noise_mm,
         });
-        let target = Target { name: "t".into(), markers: markers.collect(), effort: 1e-3, ..Target::default() };
+        let target =
+            Target { name: "t".into(), markers: markers.collect(), effort: 1e-3, ..Target::default() };
         let observations = Observations {
             sites: here.sites.clone(),
             markers: (0..here.sites.len()).collect(),

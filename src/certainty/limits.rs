@@ -77,7 +77,12 @@ impl Limits {
     }
 
     /// Where `f'y` is least within the limits and `|B y - c| <= 1`.
-    pub(super) fn extreme(&self, ball: &DMatrix<f64>, centre: &DVector<f64>, f: &DVector<f64>) -> Option<Extreme> {
+    pub(super) fn extreme(
+        &self,
+        ball: &DMatrix<f64>,
+        centre: &DVector<f64>,
+        f: &DVector<f64>,
+    ) -> Option<Extreme> {
         let mut rows = Vec::new();
         loop {
             let section = BallSection {

@@ -33,8 +33,12 @@ impl Misfit {
         discrepancy: &Discrepancy,
         squares: &DVector<f64>,
     ) -> Option<Self> {
-        let data: Vec<usize> =
-            program.parts().iter().filter(|(part, _)| part.is_data()).flat_map(|(_, rows)| rows.clone()).collect();
+        let data: Vec<usize> = program
+            .parts()
+            .iter()
+            .filter(|(part, _)| part.is_data())
+            .flat_map(|(_, rows)| rows.clone())
+            .collect();
         if data.is_empty() {
             return None;
         }
@@ -47,11 +51,19 @@ impl Misfit {
         let factor = Cholesky::new(noise)?;
         let white = |m: &DMatrix<f64>| factor.l().solve_lower_triangular(m);
         let matrix = white(&matrix)?;
-        let target = -white(&DMatrix::from_column_slice(value.len(), 1, value.as_slice()))?.column(0).into_owned();
+        let target =
+            -white(&DMatrix::from_column_slice(value.len(), 1, value.as_slice()))?.column(0).into_owned();
         let components = data.len();
         if matrix.ncols() == 0 {
             let (matrix, centre, singular) = (DMatrix::zeros(0, 0), DVector::zeros(0), DVector::zeros(0));
-            return Some(Self { matrix, centre, rest: target.norm_squared(), singular, birge: 1., components });
+            return Some(Self {
+                matrix,
+                centre,
+                rest: target.norm_squared(),
+                singular,
+                birge: 1.,
+                components,
+            });
         }
         let SVD { u, v_t, singular_values } = matrix.svd(true, true);
         let (u, v_t) = (u?, v_t?);

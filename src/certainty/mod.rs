@@ -217,9 +217,8 @@ fn traded(program: &TangentProgram, k: usize, change: &DVector<f64>) -> Vec<Stri
 
 /// Unknowns that are not determined and go together.
 fn groups(unknowns: &[UnknownCertainty], correlations: &DMatrix<f64>) -> Vec<Vec<String>> {
-    let is_open = |k: usize| {
-        matches!(unknowns[k].determination, Determination::Roughly | Determination::Undetermined)
-    };
+    let is_open =
+        |k: usize| matches!(unknowns[k].determination, Determination::Roughly | Determination::Undetermined);
     let mut group: Vec<usize> = (0..unknowns.len()).collect();
     for i in 0..unknowns.len() {
         for j in 0..i {

@@ -104,7 +104,8 @@ impl Walls {
             .collect();
         let rows = white.select_rows(&near);
         // The start is inside by a hair at least.
-        let offset = DVector::from_fn(near.len(), |i, _| at_mean[near[i]] + (ROOM - at_start[near[i]]).max(0.));
+        let offset =
+            DVector::from_fn(near.len(), |i, _| at_mean[near[i]] + (ROOM - at_start[near[i]]).max(0.));
         let gram = &rows * rows.transpose();
         Some(Self { rows, offset, gram })
     }
@@ -136,7 +137,13 @@ impl Walls {
     }
 
     /// When and which wall is met first within `left`, where `row z` is `at` and changes at `rate`.
-    fn first(&self, at: &DVector<f64>, rate: &DVector<f64>, left: f64, last: Option<usize>) -> Option<(f64, usize)> {
+    fn first(
+        &self,
+        at: &DVector<f64>,
+        rate: &DVector<f64>,
+        left: f64,
+        last: Option<usize>,
+    ) -> Option<(f64, usize)> {
         let mut first = None;
         let mut soonest = left;
         for wall in 0..self.offset.len() {

@@ -29,6 +29,10 @@ pub(crate) enum Verb {
     Forward(ForwardOptions),
     /// Write the activation map: what each muscle alone does to each point, without contact.
     Map(MapOptions),
+    /// Set two results against each other, such as before and after an operation.
+    Compare(CompareOptions),
+    /// Write the quadratic program of a result, with its answer and all multipliers, to be checked by others.
+    Export(ExportOptions),
     /// Draw a face, at rest, under given activations, or as an answer moves it.
     Render(RenderOptions),
     /// Draw the figures of the standard face: rest, smile, where muscle forces go, what each muscle does.
@@ -41,6 +45,9 @@ pub(crate) enum Verb {
         verb: FaceVerb,
     },
 }
+
+/// What `--face` takes.
+const FACE: &str = "The face: standard, standard_coarse, standard_fine, or a face.toml";
 
 #[derive(Debug, Args)]
 pub(crate) struct FitOptions {
@@ -77,11 +84,13 @@ pub(crate) struct VerifyOptions {
         help = "Target files, or folders of them, such as targets"
     )]
     pub(crate) targets: Vec<PathBuf>,
-    /// The face: "standard", "standard_coarse", "standard_fine", or a face.toml.
-    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
-    /// On the coarse standard face, in a third of the time: --face standard_coarse.
-    #[arg(long, conflicts_with = "face")]
+    #[arg(
+        help = "On the coarse standard face, in a third of the time: --face standard_coarse",
+        long,
+        conflicts_with = "face"
+    )]
     pub(crate) fast: bool,
     /// Write each answer to DIR/NAME, NAME being the target's.
     #[arg(long, value_name = "DIR")]
@@ -95,6 +104,47 @@ pub(crate) struct VerifyOptions {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct CompareOptions {
+    #[arg(value_name = "A", help = "The first result: a folder that fit or forward wrote")]
+    pub(crate) first: PathBuf,
+    #[arg(value_name = "B", help = "The second")]
+    pub(crate) second: PathBuf,
+    /// Draw both side by side, the outline of A over B.
+    #[arg(long, value_name = "FILE.png", value_parser = |text: &str| parse_out(text, "png", "pictures are written as PNG"))]
+    pub(crate) out: Option<PathBuf>,
+    /// Where the faces are seen from.
+    #[arg(long, value_name = "front|profile|three-quarter", default_value = "front", value_parser = parse_view, requires = "out")]
+    pub(crate) view: View,
+    /// Print the comparison as JSON instead of the tables.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ExportOptions {
+    #[arg(value_name = "RESULT", help = "The folder of a result of fit, whose inputs are fitted again")]
+    pub(crate) result: PathBuf,
+    /// The format: npz has everything, for NumPy; qps (MPS with QUADOBJ) and qp (CPLEX LP) are read by solvers and have the
+    /// answer as comments.
+    #[arg(long, value_enum, value_name = "qp|qps|npz")]
+    pub(crate) to: ProgramFormat,
+    /// The file to write.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+}
+
+/// Form of a program in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProgramFormat {
+    /// The LP format of CPLEX, with a quadratic objective.
+    Qp,
+    /// MPS with a QUADOBJ section.
+    Qps,
+    /// Arrays of NumPy.
+    Npz,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct ForwardOptions {
     #[command(flatten)]
     pub(crate) common: CommonOptions,
@@ -105,9 +155,9 @@ long, required_unless_present = "jaw_opening", value_name = "NAME=VALUE", value_
     /// How far the jaw is open: the arc of the lower incisal point about the condylar axis, mm.
     #[arg(long, value_name = "MM", value_parser = parse_opening)]
     pub(crate) jaw_opening: Option<f64>,
-    /// Folder for solution.json and face.vtu.
-    #[arg(long, value_name = "DIR", default_value = "out/forward")]
-    pub(crate) out: PathBuf,
+    /// Folder for solution.json and face.vtu [default: out/FACE/forward].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
     /// How lips, cheeks and teeth touch.
     #[arg(long, value_parser = parse_forward_contact, value_name = "reactions|off", default_value = "reactions")]
     pub(crate) contact: ContactMode,
@@ -118,8 +168,7 @@ long, required_unless_present = "jaw_opening", value_name = "NAME=VALUE", value_
 
 #[derive(Debug, Args)]
 pub(crate) struct MapOptions {
-    /// The face: "standard", "standard_coarse", "standard_fine", or a face.toml.
-    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
     /// The activation at which every muscle's stiffness is held: only then is there a linear map.
     #[arg(long, value_name = "fixed=A", default_value = "fixed=0.5", value_parser = parse_fixed)]
@@ -194,8 +243,7 @@ pub(crate) struct FiguresOptions {
 pub(crate) struct SurgeryOptions {
     #[arg(value_name = "PLAN.toml", help = "The plan, such as examples/setback/plan.toml")]
     pub(crate) plan: PathBuf,
-    /// The face: "standard", "standard_coarse", "standard_fine", or a face.toml.
-    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
     /// Folder for the new face (face.toml and its files), and for solution.json and face.vtu: how the old one
     /// moves.
@@ -208,8 +256,7 @@ pub(crate) struct SurgeryOptions {
 
 #[derive(Clone, Debug, Args)]
 pub(crate) struct CommonOptions {
-    /// The face: "standard", "standard_coarse", "standard_fine", or a face.toml.
-    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
     /// How strain is measured: linear is right for small movements and the founding paper's, finite for any.
     #[arg(long, value_name = "linear|finite", default_value = "linear", value_parser = parse_strain)]
@@ -227,8 +274,7 @@ pub(crate) struct CommonOptions {
 pub(crate) enum FaceVerb {
     /// Say whether a face can be used, and what is odd about it.
     Check {
-        /// "standard", "standard_coarse", "standard_fine", or a face.toml.
-        #[arg(value_parser = parse_face)]
+        #[arg(help = FACE, value_parser = parse_face)]
         face: FaceChoice,
     },
     /// Write a built-in face as a face.toml with its files.
@@ -298,6 +344,22 @@ fn parse_face(text: &str) -> Result<FaceChoice, String> {
     }
 }
 
+impl ContactMode {
+    /// The mode called `name`, or `None`.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        [Self::Reactions, Self::Kinematic, Self::Off].into_iter().find(|mode| mode.name() == name)
+    }
+
+    /// Its name at interfaces.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Reactions => "reactions",
+            Self::Kinematic => "kinematic",
+            Self::Off => "off",
+        }
+    }
+}
+
 fn parse_strain(text: &str) -> Result<Strain, String> {
     Strain::parse(text).ok_or_else(|| unknown(text, &Strain::NAMES))
 }
@@ -310,7 +372,7 @@ fn parse_strength(text: &str) -> Result<f64, String> {
     }
 }
 
-fn parse_stiffness(text: &str) -> Result<Stiffness, String> {
+pub(crate) fn parse_stiffness(text: &str) -> Result<Stiffness, String> {
     match text {
         "activated" => Ok(Stiffness::Activated),
         _ => parse_fixed(text).map(Stiffness::Fixed).map_err(|e| format!("write activated, or {e}")),

@@ -57,6 +57,18 @@ pub(crate) enum CliError {
     FaceOfAnswer { dir: PathBuf, face: String, reason: Box<CliError> },
     #[error("{}: {error}; compute it again with this face", path.display())]
     AnswerOfOtherFace { path: PathBuf, error: RenderError },
+    #[error("{}: nothing was fitted there, so that there is no program; give a folder that fit wrote", .0.display())]
+    NothingFitted(PathBuf),
+    #[error("{}: was written by a version that did not say all its options; fit it again", .0.display())]
+    OlderResult(PathBuf),
+    #[error("{}: {input} is not what the result was computed from; fit it again, or put the file back", dir.display())]
+    ChangedInput { dir: PathBuf, input: String },
+    #[error("{}: fitted again, its inputs give other activations: it was written by another version; fit it again", .0.display())]
+    OtherAnswer(PathBuf),
+    #[error("the program cannot be put together: {0}")]
+    Program(std::io::Error),
+    #[error("{}: holds how the tissue follows moved bones, not what muscles do; compare results of fit or forward on the faces before and after", .0.display())]
+    ResultOfOperation(PathBuf),
     #[error("--activate: {} already holds activations; leave one of the two out", dir.display())]
     ActivatedAnswer { dir: PathBuf },
     #[error(
@@ -105,8 +117,8 @@ fn place(at: &Location) -> String {
 /// What stands where another result would be written.
 fn result_of(standing: &Standing) -> String {
     match standing {
-        Standing::Result { face, inputs } if inputs.is_empty() => format!("a result on {face}"),
-        Standing::Result { face, inputs } => format!("the result of {} on {face}", inputs.join(" and ")),
+        Standing::Result { face, inputs, .. } if inputs.is_empty() => format!("a result on {face}"),
+        Standing::Result { face, inputs, .. } => format!("the result of {} on {face}", inputs.join(" and ")),
         _ => "a solution.json of something else".to_owned(),
     }
 }

@@ -2,16 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use modiolus::contact::PairKind;
 use modiolus::face::{ContactLoad, Face};
 use modiolus::forward::{Deformation, cell_muscles};
-use modiolus::io::{ContactJson, FileSet, SolutionJson, VtuData, vtu_text};
+use modiolus::io::{ContactJson, FileSet, SolutionJson, Standing, VtuData, vtu_text};
 use modiolus::study::Strain;
 use modiolus::units::{Vec3, counted};
 
 use super::error::CliError;
+use super::file_name;
+use super::load::LoadedFace;
 use super::progress::say;
 use super::table;
 
@@ -89,6 +91,20 @@ pub(crate) fn beyond(strain: Strain, d: &Deformation) -> Vec<String> {
 
 /// The files of an answer.
 pub(crate) const ANSWER: [&str; 2] = ["solution.json", "face.vtu"];
+
+/// The folder for a result where none is given, `out/FACE/NAME`: no result of another face or `target` is overwritten there.
+pub(crate) fn default_out(
+    loaded: &LoadedFace,
+    name: &str,
+    target: Option<&Path>,
+) -> Result<PathBuf, CliError> {
+    let folder = PathBuf::from("out").join(file_name(&loaded.face.name)).join(name);
+    let standing = Standing::of(&folder)?;
+    if standing.gives_way(&loaded.name, target) {
+        return Ok(folder);
+    }
+    Err(CliError::OtherResult { folder, standing })
+}
 
 /// Refuses to write to any of the `paths` that is one of the `inputs`, by name.
 pub(crate) fn keep_inputs(

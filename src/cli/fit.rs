@@ -1,14 +1,17 @@
 //! `modiolus fit`.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::Arc;
 
 use modiolus::face::Face;
 use modiolus::forward::Deformation;
-use modiolus::inverse::{self, Expected, InverseError, Observations, Solution, Status, Target, Warning};
+use modiolus::inverse::{
+    self, Expected, InverseError, Observations, Solution, Status, TangentProgram, Target, Warning,
+};
 use modiolus::io::{
     CertificateJson, ContactJson, DeformationJson, ExpectedJson, FeatureJson, FileSet, LimitJson, LinearJson,
-    MarkerJson, OtherJson, ResidualJson, SolutionJson, Standing, StepJson, TargetDocument, read_target,
+    MarkerJson, OtherJson, ResidualJson, SolutionJson, StepJson, TargetDocument, TargetJson, read_target,
 };
 use modiolus::mesh::{Locator, Site};
 use modiolus::study::{self, Fit, LinearAnswer, Stiffness, Strain, StudyError, Verdict, residual_rms_mm};
@@ -16,11 +19,11 @@ use modiolus::units::Vec3;
 
 use super::arguments::{ContactMode, FitOptions};
 use super::error::CliError;
-use super::export::{ANSWER, Answer, beyond, export, keep_inputs};
+use super::export::{ANSWER, Answer, beyond, default_out, export, keep_inputs};
 use super::forward::contact_report;
 use super::load::{LoadedFace, input_name, load, pose};
 use super::progress::Progress;
-use super::{Outcome, file_name, suite};
+use super::{Outcome, suite};
 
 /// How far off the face a rest point may lie, mm.
 const OFF_FACE_MM: f64 = 5.0;
@@ -36,7 +39,7 @@ pub(crate) fn run(options: &FitOptions) -> Result<Outcome, CliError> {
     let loaded = load(&options.common.face, &mut progress)?.with_strength(options.common.strength);
     let out = match &options.out {
         Some(out) => out.clone(),
-        None => default_out(&loaded, &document.target, target)?,
+        None => default_out(&loaded, &document.target.name, Some(target))?,
     };
     keep_inputs(&loaded.inputs, ANSWER.map(|name| out.join(name)))?;
     let fitted = fit_on(&loaded, &document, target, options, progress)?;
@@ -51,16 +54,8 @@ pub(crate) struct Fitted {
     /// Root mean square of all residuals, mm, where there is an answer.
     pub(crate) rms_mm: Option<f64>,
     pub(crate) verdict: Verdict,
-}
-
-/// The folder for the answer where none is given, `out/FACE/NAME`: no other result is overwritten there.
-pub(crate) fn default_out(loaded: &LoadedFace, target: &Target, path: &Path) -> Result<PathBuf, CliError> {
-    let folder = PathBuf::from("out").join(file_name(&loaded.face.name)).join(&target.name);
-    let standing = Standing::of(&folder)?;
-    if standing.gives_way(&loaded.name, path) {
-        return Ok(folder);
-    }
-    Err(CliError::OtherResult { folder, standing })
+    /// The program of the answer, if there is one.
+    pub(crate) program: Option<Arc<TangentProgram>>,
 }
 
 /// A target that fits the face.
@@ -141,7 +136,7 @@ impl<'a> Asked<'a> {
         let activation = solution.activations.values.clone();
         let contact_load = found.contact.map(|c| c.load);
         let answer = Answer { heading, json, displacement: found.displacement, activation, contact_load };
-        Ok(Fitted { answer, solved, rms_mm, verdict })
+        Ok(Fitted { answer, solved, rms_mm, verdict, program: found.solution.program })
     }
 }
 
@@ -255,9 +250,11 @@ fn solution_json(
     let a = &solution.activations;
     SolutionJson {
         status: solution.status.into(),
+        target: Some(TargetJson { name: document.target.name.clone(), file: input_name(path) }),
         strain: options.common.strain.name().to_owned(),
         stiffness: options.common.stiffness.text(),
         strength: options.common.strength,
+        contact_mode: options.contact.name().to_owned(),
         activations: a.names.iter().cloned().zip(a.values.iter().copied()).collect(),
         jaw_opening_mm: solution.jaw_opening_mm,
         residual_mm: ResidualJson {

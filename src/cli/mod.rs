@@ -2,6 +2,7 @@
 
 mod activation_list;
 mod arguments;
+mod compare;
 mod error;
 mod export;
 mod face_verbs;
@@ -10,6 +11,7 @@ mod fit;
 mod forward;
 mod load;
 mod map;
+mod program;
 mod progress;
 mod render;
 mod suite;
@@ -86,6 +88,8 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
     match verb {
         Verb::Fit(options) => fit::run(&options),
         Verb::Verify(options) => suite::verify(options),
+        Verb::Compare(options) => compare::run(&options),
+        Verb::Export(options) => program::run(&options),
         Verb::Forward(options) => forward::run(&options),
         Verb::Map(options) => map::run(&options),
         Verb::Render(options) => render::run(&options),

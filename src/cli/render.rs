@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use modiolus::face::Pose;
-use modiolus::io::{read_answer, write_atomically};
+use modiolus::io::{AnswerFiles, read_answer, write_atomically};
 use modiolus::render::{Drawing, Image, RenderError, Scene};
 use modiolus::study::{Mechanics, Mover};
 
@@ -99,19 +99,7 @@ fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Resul
     if !options.activate.is_empty() {
         return Err(CliError::ActivatedAnswer { dir: dir.to_owned() });
     }
-    let choice = FaceChoice::named(&files.face);
-    let unread = |reason| CliError::FaceOfAnswer {
-        dir: dir.to_owned(),
-        face: files.face.clone(),
-        reason: Box::new(reason),
-    };
-    let mut loaded = load(&choice, progress).map_err(unread)?;
-    let expected = 3 * loaded.face.mesh.n_nodes();
-    if files.displacement.len() != expected {
-        let (what, found) = ("displacement", files.displacement.len());
-        let error = RenderError::Length { what, found, expected };
-        return Err(CliError::AnswerOfOtherFace { path: files.vtu, error });
-    }
+    let mut loaded = face_of_answer(dir, &files, progress)?;
     let of = |name: &String| files.activations.get(name).copied().unwrap_or(0.0);
     let activation = loaded.face.muscles.iter().map(|m| of(&m.name)).collect();
     let pose = pose(&loaded.face, files.jaw_opening_mm);
@@ -119,4 +107,25 @@ fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Resul
         loaded.face.teeth = load(&FaceChoice::File(index), progress)?.face.teeth;
     }
     Ok(Posed { loaded, activation: Some(activation), displacement: Some(files.displacement), pose })
+}
+
+/// The face of the answer in the folder `dir`.
+pub(crate) fn face_of_answer(
+    dir: &Path,
+    files: &AnswerFiles,
+    progress: &mut Progress,
+) -> Result<LoadedFace, CliError> {
+    let unread = |reason| CliError::FaceOfAnswer {
+        dir: dir.to_owned(),
+        face: files.face.clone(),
+        reason: Box::new(reason),
+    };
+    let loaded = load(&FaceChoice::named(&files.face), progress).map_err(unread)?;
+    let expected = 3 * loaded.face.mesh.n_nodes();
+    if files.displacement.len() != expected {
+        let (what, found) = ("displacement", files.displacement.len());
+        let error = RenderError::Length { what, found, expected };
+        return Err(CliError::AnswerOfOtherFace { path: files.vtu.clone(), error });
+    }
+    Ok(loaded)
 }

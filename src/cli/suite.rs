@@ -13,8 +13,8 @@ use modiolus::units::counted;
 use super::Outcome;
 use super::arguments::{CommonOptions, ContactMode, FaceChoice, FitOptions, VerifyOptions};
 use super::error::CliError;
-use super::export::{ANSWER, export, keep_inputs};
-use super::fit::{Asked, Fitted, default_out, has_defaults, stated};
+use super::export::{ANSWER, default_out, export, keep_inputs};
+use super::fit::{Asked, Fitted, has_defaults, stated};
 use super::load::{LoadedFace, input_name, load};
 use super::progress::{Progress, say};
 
@@ -60,7 +60,7 @@ fn run(options: &FitOptions, asks: Asks, place: &Place) -> Result<Outcome, CliEr
     let folders: Vec<Option<PathBuf>> = targets
         .iter()
         .map(|(path, read)| match place {
-            Place::Default => default_out(&loaded, &read.target, path).map(Some),
+            Place::Default => default_out(&loaded, &read.target.name, Some(path)).map(Some),
             Place::Folder(folder) => Ok(Some(folder.join(&read.target.name))),
             Place::Nowhere => Ok(None),
         })

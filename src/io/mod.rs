@@ -2,6 +2,7 @@
 
 mod answer;
 mod atomic;
+mod comparison_json;
 mod csv;
 mod escaped;
 mod face_export;
@@ -22,11 +23,14 @@ mod mesh_file_error;
 mod msh;
 mod nearest;
 mod nonlinear_json;
+mod npz;
 mod numbered;
 mod obj;
 mod plan_toml;
 mod ply;
 mod polygons;
+mod program_file;
+mod program_text;
 mod schema;
 mod sha256;
 mod solution_json;
@@ -43,6 +47,10 @@ mod write_error;
 
 pub use answer::{AnswerFileError, AnswerFiles, read_answer};
 pub use atomic::write_atomically;
+pub use comparison_json::{
+    ComparedActivationJson, ComparedContactJson, ComparedLandmarkJson, ComparedMarkerJson,
+    ComparedResultJson, ComparisonJson, SidesJson, comparison_schema,
+};
 pub use face_export::{FaceExportError, put_face, write_face};
 pub use face_toml::{
     FaceDocument, FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWarningKind, face_schema,
@@ -59,10 +67,11 @@ pub use mesh_file_error::{MAX_ID, MeshFileError, MeshFileErrorKind};
 pub use nearest::nearest;
 pub use nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
 pub use plan_toml::{PlanDocument, PlanFileError, parse_plan, plan_schema, read_plan};
+pub use program_file::ProgramFile;
 pub use sha256::sha256;
 pub use solution_json::{
     CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, MarkerJson, RelaxationEndWord,
-    ResidualJson, SolutionJson, StatusWord, solution_schema,
+    ResidualJson, SolutionJson, StatusWord, TargetJson, solution_schema,
 };
 pub use standing::Standing;
 pub use suite_json::{SuiteJson, SuiteTargetJson, VerdictWord, suite_schema};

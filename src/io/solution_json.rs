@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
 use crate::inverse::{ActiveLimit, ContactReport, FeatureFit, MarkerFit, RelaxationEnd, Status};
@@ -17,12 +17,16 @@ use crate::qp::Certificate;
 pub struct SolutionJson {
     /// How the fit ended; only "solved" is an answer.
     pub status: StatusWord,
+    /// The target; null when nothing was fitted.
+    pub target: Option<TargetJson>,
     /// How strain was measured: "linear" or "finite".
     pub strain: String,
     /// How the stiffness of the muscles was taken: "activated" or "fixed=A".
     pub stiffness: String,
     /// How strong the muscles were, as a multiple of the face's `max_force_n`.
     pub strength: f64,
+    /// How lips, cheeks and teeth touch: "reactions", "kinematic" or "off".
+    pub contact_mode: String,
     /// Activation of each muscle, 0 to 1.
     pub activations: BTreeMap<String, f64>,
     /// How far the jaw is open, mm of arc at the lower incisal point; null when nothing was said of it.
@@ -65,6 +69,16 @@ pub struct SolutionJson {
     pub files: BTreeMap<String, String>,
     /// Version of the program.
     pub version: String,
+}
+
+/// Which target was fitted.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct TargetJson {
+    /// Its name.
+    pub name: String,
+    /// Its file, as given.
+    pub file: String,
 }
 
 /// How a fit ended.
@@ -133,7 +147,7 @@ pub struct ResidualJson {
 }
 
 /// How one marker was met.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct MarkerJson {
     /// Label.
@@ -197,7 +211,7 @@ impl From<&ActiveLimit> for LimitJson {
 }
 
 /// Contact at the answer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct ContactJson {
     /// Number of candidate pairs.
@@ -231,7 +245,7 @@ pub struct ContactJson {
 }
 
 /// How the bounding of the objective from below ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RelaxationEndWord {
     /// No set of contacts is better by more than a millionth.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::{WriteError, input, settle_folder};
+use super::{TargetJson, WriteError, input, settle_folder};
 
 /// What a folder holds before it is written to.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,6 +17,8 @@ pub enum Standing {
     Result {
         /// The face, as it was given.
         face: String,
+        /// Whether a target was fitted.
+        is_fit: bool,
         /// The input files, by their names on the command line.
         inputs: Vec<String>,
     },
@@ -27,6 +29,7 @@ pub enum Standing {
 #[derive(Deserialize)]
 struct Head {
     face: String,
+    target: Option<TargetJson>,
     inputs: BTreeMap<String, String>,
 }
 
@@ -43,23 +46,25 @@ impl Standing {
         }
         let head =
             input::read(&path, input::TEXT_BYTES).ok().and_then(|text| serde_json::from_slice(&text).ok());
-        Ok(head.map_or(Self::Foreign, |Head { face, inputs }| Self::Result {
+        Ok(head.map_or(Self::Foreign, |Head { face, target, inputs }| Self::Result {
             face,
+            is_fit: target.is_some(),
             inputs: inputs.into_keys().collect(),
         }))
     }
 
-    /// Whether a result of `face` that was computed from the file `input` may take its place: there is none, or it is an
-    /// earlier one of the same face and file.
-    pub fn gives_way(&self, face: &str, input: &Path) -> bool {
+    /// Whether a result of `face` and of the target file `target`, or of activations, may take its place: there is none, or
+    /// it is an earlier one of the same.
+    pub fn gives_way(&self, face: &str, target: Option<&Path>) -> bool {
         let same = |a: &Path, b: &Path| {
             a == b || fs::canonicalize(a).is_ok_and(|a| fs::canonicalize(b).is_ok_and(|b| a == b))
         };
         match self {
             Self::Nothing => true,
             Self::Foreign => false,
-            Self::Result { face: own, inputs } => {
-                same(own.as_ref(), face.as_ref()) && inputs.iter().any(|i| same(i.as_ref(), input))
+            Self::Result { face: own, is_fit, inputs } => {
+                let is_own = target.map_or(!is_fit, |t| inputs.iter().any(|i| same(i.as_ref(), t)));
+                same(own.as_ref(), face.as_ref()) && is_own
             }
         }
     }

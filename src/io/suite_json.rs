@@ -59,7 +59,7 @@ pub struct SuiteTargetJson {
     pub tolerance_mm: Option<f64>,
     /// What the one says to the other.
     pub verdict: VerdictWord,
-    /// Whether the target passed: `fit` asks for "solved", `verify` for "as_stated"; null when there is nothing to hold
+    /// Whether the target passed: `fit` asks for a solved one, `verify` for one as stated; null when there is nothing to hold
     /// it against.
     pub passed: Option<bool>,
     /// Quadratic programs of the nonlinear fit, as many as factorisations.

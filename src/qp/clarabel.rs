@@ -194,7 +194,8 @@ pub(super) fn least(set: &BallSection, f: &DVector<f64>) -> Option<(DVector<f64>
     for effort in Effort::ALL {
         let settings = DefaultSettings { tol_gap_abs: 1e-9, tol_gap_rel: 1e-9, ..effort.settings() };
         let (hessian, matrix) = (csc(n, &vec![Vec::new(); n]), csc(value.len(), &columns));
-        let Ok(mut solver) = DefaultSolver::new(&hessian, f.as_slice(), &matrix, &value, &cones, settings) else {
+        let Ok(mut solver) = DefaultSolver::new(&hessian, f.as_slice(), &matrix, &value, &cones, settings)
+        else {
             continue;
         };
         solver.solve();

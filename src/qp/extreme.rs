@@ -52,7 +52,8 @@ impl BallSection {
         let ball = (&self.ball * x - &self.centre).norm() - 1.;
         let rows = &self.inequality * x - &self.inequality_limit;
         let rows = rows.iter().zip(self.inequality.row_iter()).map(|(v, row)| v / row.norm().max(1.));
-        let bounds = x.iter().zip(self.lower.iter().zip(self.upper.iter())).map(|(x, (lo, hi))| (lo - x).max(x - hi));
+        let bounds =
+            x.iter().zip(self.lower.iter().zip(self.upper.iter())).map(|(x, (lo, hi))| (lo - x).max(x - hi));
         rows.chain(bounds).fold(ball.max(0.), f64::max)
     }
 }
