@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::block_face::{block_face, front_pairs};
+use common::block_face::{block_face, front_pairs, pair, pulled_block};
 use common::grid;
 use common::piece::{jacobian_on_piece, observed_at};
 use modiolus::face::{Face, Fibre, Landmark, Muscle, MuscleLaw, Support};
@@ -121,6 +121,44 @@ fn an_unreachable_target_is_solved_at_its_bounds_with_falling_objectives() {
     let taken: Vec<&SequentialStep> = found.history.iter().filter(|step| step.taken).collect();
     assert!(taken.windows(2).all(|w| w[1].objective <= w[0].objective), "{:?}", found.history);
     assert!(found.solution.active_limits.iter().any(|l| l.name.ends_with("<= 1")));
+}
+
+#[test]
+fn a_wish_far_out_of_reach_is_solved_though_its_residual_stays_large() {
+    // At a residual of 40 standard deviations the curvature of the face outweighs the tangent's own: without it each step
+    // overshoots, and the way goes to and fro.
+    let mut face = pulled_block(CellKind::Hex8, [8, 8, 3]);
+    face.muscles.extend(pair("risorius", 2., 1., [[9., -6., -9.], [7., -5., -3.], [3., -5., -1.]]));
+    // Along the bone it moves nothing, and only stiffens.
+    face.muscles.extend(pair("levator", 2., 1., [[3., 8., -10.], [5., 8., -10.], [8., 8., -10.]]));
+    let model = Model::new(&face, Vec::new()).unwrap();
+    let wish = [20., 0., 0., 0.4, 0.5, -0.2];
+    let mut target = target(&face, &wish, 0.1);
+    target.markers.iter_mut().for_each(|marker| marker.sigma_mm = 0.5);
+    let observations = Observations::resolve(&target, &face, |_| Err(0.)).unwrap();
+    let problem = ActivatedProblem::new(&model, &target, &observations, ContactMode::Off);
+    for start in [0., 0.5, 1.] {
+        let found = problem.solve(DVector::from_element(6, start), |_| {}).unwrap();
+        println!("{} steps to {:?}", found.history.len(), found.solution.activations.values);
+        assert_eq!(found.solution.status, Status::Solved, "{:?}", found.history);
+        assert!(found.history.len() < 40, "{:?}", found.history);
+        // An optimum of the objective itself, not only by its certificate.
+        let sites: Vec<Site> = face.landmarks.iter().map(|l| l.site.clone()).collect();
+        let value = |a: &[f64]| {
+            let seen = at_rest(&model, &sites, a).0;
+            let fit: f64 = seen.iter().zip(wish).map(|(u, wish)| ((u - wish) / 0.5).powi(2)).sum();
+            fit + 0.1 * a.iter().map(|a| a * a).sum::<f64>()
+        };
+        let a = &found.solution.activations.values;
+        assert!(a.iter().any(|a| (0.01..0.99).contains(a)), "an optimum within the bounds: {a:?}");
+        for muscle in 0..6 {
+            for step in [-1e-3, 1e-3] {
+                let mut b = a.clone();
+                b[muscle] = (b[muscle] + step).clamp(0., 1.);
+                assert!(value(&b) >= value(a) * (1. - 1e-12), "{muscle} {step}: {} {}", value(&b), value(a));
+            }
+        }
+    }
 }
 
 #[test]

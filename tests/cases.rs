@@ -95,3 +95,23 @@ fn crafted_files_are_refused_at_once() {
     let back = read_face(&folder.path().join("face.toml"), None).unwrap().face;
     assert_eq!(back.muscles[0].name, "zy\"g_l");
 }
+
+#[test]
+#[ignore = "needs MODIOLUS_DATA"]
+fn targets_out_of_reach_are_solved_and_their_outlier_is_named() {
+    let out = tempfile::tempdir().unwrap();
+    for (target, outlier) in [("X_min3", "corner_l"), ("T_outlier_20", "edge_l")] {
+        let run = std::process::Command::new(env!("CARGO_BIN_EXE_modiolus"))
+            .arg("fit")
+            .arg(cases().join("81_fits").join(target).with_extension("toml"))
+            .arg("--face")
+            .arg(cases().join("80_inv_face/face.toml"))
+            .arg("--out")
+            .arg(out.path())
+            .output()
+            .unwrap();
+        let text = String::from_utf8_lossy(&run.stdout).into_owned();
+        assert!(run.status.success() && text.contains(": solved"), "{target}: {text}");
+        assert!(text.contains(&format!("marker {outlier} stays 19.5")), "{target}: {text}");
+    }
+}

@@ -472,10 +472,8 @@ fn the_standard_face_rests_apart_off_the_bone_and_overlaps_where_every_cell_was_
         inside[1] += usize::from(expected);
         assert!(!expected || at(&found.tissue, p), "tissue node {node}");
     }
-    // In the plane of symmetry, behind an arch, contact's closest points tie.
     let solids: Vec<Solid> = teeth.iter().map(|t| Solid::new(&t.surface)).collect();
-    let off_the_middle = face.mucosa.iter().filter(|&&node| mesh.points[node].x.abs() > 1e-9);
-    for (&node, solid) in off_the_middle.flat_map(|node| solids.iter().map(move |solid| (node, solid))) {
+    for (&node, solid) in face.mucosa.iter().flat_map(|node| solids.iter().map(move |solid| (node, solid))) {
         let depth = -solid.project(mesh.points[node]).unwrap().distance_mm;
         if depth > 1e-4 {
             inside[2] += 1;

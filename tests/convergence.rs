@@ -2,7 +2,9 @@
 
 mod common;
 
+use common::block_face::pulled_block;
 use common::{cell_displacements, grid, solve};
+use modiolus::forward::Model;
 use modiolus::forward::elasticity::{isotropic, reinforced};
 use modiolus::mesh::{CellKind, Mesh};
 use modiolus::units::Vec3;
@@ -206,4 +208,28 @@ fn b_bar_hexes_keep_their_order_when_nearly_incompressible_and_fibrous() {
     for law in [isotropic(15., 0.49), reinforced(6.2, 0.49, 103.8, fibre)] {
         assert_rates(CellKind::Hex8, 8, law, Waves::solenoidal(), (1.8, 0.95));
     }
+}
+
+/// The movement (mm) of the points 5 mm off the middle, the right one mirrored, of a block of `n x n x n/2` hexahedra, or those cut
+/// into tetrahedra, under a pair of muscles that stiffen.
+fn pulled(kind: CellKind, n: usize) -> [Vec3; 2] {
+    let face = pulled_block(kind, [n, n, n / 2]);
+    let u = Model::new(&face, Vec::new()).unwrap().at(&[0.5; 2]).unwrap().displacement(&[0.5; 2], &[]);
+    let [left, right] = [0, 1].map(|k| face.landmarks[k].site.displacement(&u));
+    [left, Vec3::new(-right.x, right.y, right.z)]
+}
+
+#[test]
+fn a_face_of_tetrahedra_moves_as_one_of_hexahedra_does_when_both_are_refined() {
+    let [coarse, fine] = [8, 32].map(|n| {
+        let [[hex, mirrored], [left, right]] = [CellKind::Hex8, CellKind::Tet4].map(|kind| pulled(kind, n));
+        println!("{n}: hexahedra {hex:.4?}, tetrahedra {left:.4?} {right:.4?}");
+        assert!((hex - mirrored).norm() < 1e-9 * hex.norm());
+        (hex, (left + right) / 2., (left - right).norm() / hex.norm())
+    });
+    // A hexahedron cut along one diagonal has no mirror; cells as wide as a muscle is thick do not know where it is.
+    let apart = |(hex, tets, _): (Vec3, Vec3, f64)| (hex - tets).norm() / hex.norm();
+    let off = (coarse.0 - fine.0).norm() / fine.0.norm();
+    assert!(apart(coarse) < 0.5 * off, "{} against {off}", apart(coarse));
+    assert!(apart(fine) < 0.05 && fine.2 < 0.5 * coarse.2, "{}, {} {}", apart(fine), fine.2, coarse.2);
 }

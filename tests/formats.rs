@@ -6,7 +6,7 @@ use std::path::Path;
 use modiolus::io::{
     MeshDocument, MeshFileError, MeshFileWarning, parse_mesh, parse_surface, read_mesh_document, sha256,
 };
-use modiolus::mesh::{Mesh, Surface, validate_shape};
+use modiolus::mesh::{CellKind, Mesh, Surface, validate_shape};
 use modiolus::units::LengthUnit::Millimetre;
 use modiolus::units::Vec3;
 
@@ -373,14 +373,15 @@ fn legacy_vtk_of_both_versions() {
     let points = rows(" ", false);
     let data = "CELL_DATA 2\nSCALARS part int 1\nLOOKUP_TABLE default\n3\n5\n\
                 POINT_DATA 8\nVECTORS u float\n0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0\n\
-                FIELD f 2\nbone 1 8 double\n1 1 1 1 0 0 0 0\np 1 8 double\n0 nan 1 1 0 0 0 0\nMETADATA\nINFORMATION 0\n\n";
+                FIELD f 4\nwho 1 8 string\nPOINT_DATA 3\n\nc d\ne\nf\ng\nh\ni%0A\n\
+                on 1 8 bit\n0 0 0 0 0 0 1 1\nbone 1 8 double\n1 1 1 1 0 0 0 0\np 1 8 double\n0 nan 1 1 0 0 0 0\nMETADATA\nINFORMATION 0\n\n";
     let head = "# vtk DataFile Version 4.2\na cube\nASCII\nDATASET UNSTRUCTURED_GRID\n";
     let old = "CELLS 2 14\n4 0 1 2 3\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 2\n9\n12\n";
     let new = "CELLS 3 12\nOFFSETS vtktypeint64\n0 4 12\nCONNECTIVITY vtktypeint64\n0 1 2 3 0 1 2 3 4 5 6 7\nCELL_TYPES 2\n9\n12\n";
     for cells in [old, new] {
         let mesh = read("legacy", "a.vtk", format!("{head}POINTS 8 double\n{points}{cells}{data}"));
         assert_eq!((ids(&mesh, "bone"), ids(&mesh, "part=3")), (vec![0, 1, 2, 3], vec![0, 1, 2, 3]));
-        assert_eq!(mesh.cell_sets["part=5"], [0]);
+        assert_eq!((&mesh.cell_sets["part=5"], ids(&mesh, "on")), (&vec![0], vec![6, 7]));
     }
     // The same in binary, big endian.
     let mut bytes = head.replace("ASCII", "BINARY").into_bytes();
@@ -392,8 +393,27 @@ fn legacy_vtk_of_both_versions() {
     bytes.extend(12_i32.to_be_bytes());
     bytes.extend(b"\nPOINT_DATA 8\nSCALARS bone unsigned_char\nLOOKUP_TABLE default\n");
     bytes.extend([1, 1, 1, 1, 0, 0, 0, 0]);
-    let mesh = read("binary", "a.vtk", bytes);
+    let mesh = read("binary", "a.vtk", &bytes);
     assert_eq!((ids(&mesh, "bone"), mesh.points[6]), (vec![0, 1, 2, 3], Vec3::repeat(10.)));
+    // Strings of lengths in one byte, two and four; then bits.
+    bytes.extend(b"\nFIELD f 2\nwho 1 5 string\n");
+    for word in ["\n", "", "FIELD"] {
+        bytes.push(0xc0 | word.len() as u8);
+        bytes.extend(word.bytes());
+    }
+    for (head, length) in
+        [(0x8000_u16.to_be_bytes().to_vec(), 100), (0x4000_0000_u32.to_be_bytes().to_vec(), 70)]
+    {
+        bytes.extend(&head);
+        *bytes.last_mut().unwrap() = length;
+        bytes.extend(vec![b'\n'; usize::from(length)]);
+    }
+    bytes.extend(b"\non 1 8 bit\n\x03\n");
+    let document = parse("a.vtk", &bytes).unwrap();
+    assert_eq!(ids(&document.mesh, "on"), vec![6, 7]);
+    assert!(document.no_sets.iter().any(|no| no.name == "who" && no.why == "it has 5 entries"));
+    let cut = bytes.len() - 90;
+    assert!(refusal("a.vtk", &bytes[..cut]).contains("5 strings"), "{}", refusal("a.vtk", &bytes[..cut]));
 }
 
 #[test]
@@ -410,6 +430,23 @@ fn tetgen_and_febio() {
         assert_eq!((&mesh.cell_sets["region=2"], document.files.len()), (&vec![0], 3));
         assert_fingerprints(&document);
         validate_shape(mesh).unwrap();
+    }
+    // Corners 1 to 4, then a node between every two.
+    let corners = [[0., 0., 0.], [10., 0., 0.], [0., 10., 0.], [0., 0., 10.]].map(Vec3::from);
+    let between = |[a, b]: [usize; 2]| (corners[a] + corners[b]) / 2.;
+    let of_five = [[2, 3], [0, 3], [0, 1], [1, 2], [1, 3], [0, 2]];
+    let of_four = [[0, 1], [0, 2], [1, 2], [1, 3], [0, 3], [2, 3]];
+    for (version, edges) in [("1.5", of_five), ("1.4", of_four)] {
+        let points = corners.into_iter().chain(edges.map(between));
+        let rows: String = (1..).zip(points).map(|(k, p)| format!("{k} {} {} {}\n", p.x, p.y, p.z)).collect();
+        put("b.node", &format!("10 3 0 0\n{rows}"));
+        put("b.ele", "1 10 0\n1 1 2 3 4 5 6 7 8 9 10\n");
+        let mesh = read_mesh_document(&folder.path().join("b.ele"), Millimetre).unwrap().mesh;
+        validate_shape(&mesh).unwrap();
+        let nodes = mesh.cells[0].nodes();
+        for (&edge, &node) in CellKind::Tet10.edges().iter().zip(&nodes[4..]) {
+            assert_eq!(mesh.points[node], between(edge), "version {version}");
+        }
     }
     let nodes: String =
         (1..).zip(CUBE).map(|(k, [x, y, z])| format!("<node id=\"{k}\">{x},{y}, {z}</node>\n")).collect();

@@ -520,7 +520,7 @@ fn doubts_are_voiced() {
         doubts,
         [
             Warning::NoInfluence { muscle: "muscle_2".into() },
-            Warning::Indistinguishable { muscle: "muscle_0".into(), other: "muscle_3".into() },
+            Warning::Indistinguishable { muscles: vec!["muscle_0".into(), "muscle_3".into()] },
             Warning::Underdetermined { components: 2, muscles: 4 },
         ]
     );

@@ -75,7 +75,7 @@ impl fmt::Display for UnknownCertainty {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let shown = |x: f64| match self.jaw {
             Some(range) => format!("{:.1}", range.at(x) + 0.),
-            None => format!("{:.0}", 100. * x + 0.),
+            None => percent(x),
         };
         let unit = if self.jaw.is_some() { "mm" } else { "%" };
         let Self { value, min, max, .. } = self;
@@ -93,4 +93,9 @@ impl fmt::Display for UnknownCertainty {
         }
         Ok(())
     }
+}
+
+/// A share in whole per cent, without the sign of a zero.
+pub fn percent(share: f64) -> String {
+    format!("{:.0}", (100. * share).round() + 0.)
 }

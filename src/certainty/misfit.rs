@@ -3,8 +3,8 @@
 use nalgebra::{Cholesky, DMatrix, DVector, SVD};
 
 use super::Discrepancy;
-use super::limits::Limits;
-use crate::inverse::{FreeUnknowns, TangentProgram};
+use crate::inverse::{ActivationBounds, FreeUnknowns, TangentProgram};
+use crate::qp::{self, Answer};
 
 /// `|M y - c|^2 + rest` over the free unknowns `y` (k), in which a residual of one standard deviation counts one.
 #[derive(Clone, Debug)]
@@ -78,9 +78,24 @@ impl Misfit {
         (&self.matrix * y - &self.centre).norm_squared() + self.rest
     }
 
-    /// The unknowns `y` (k) that fit best within `limits`, from those of the answer.
-    pub(super) fn best(&self, limits: &Limits) -> Option<DVector<f64>> {
-        limits.least(&self.matrix, &self.centre)
+    /// The unknowns `y` (k) that fit best within `bounds`.
+    pub(super) fn best(&self, bounds: &ActivationBounds) -> Option<DVector<f64>> {
+        let k = bounds.min.len();
+        let problem = qp::Problem {
+            hessian: self.matrix.tr_mul(&self.matrix),
+            linear: -self.matrix.tr_mul(&self.centre),
+            constant: 0.5 * self.centre.norm_squared(),
+            equality: DMatrix::zeros(0, k),
+            equality_value: DVector::zeros(0),
+            inequality: DMatrix::zeros(0, k),
+            inequality_limit: DVector::zeros(0),
+            lower: bounds.min.clone(),
+            upper: bounds.max.clone(),
+        };
+        match qp::solve(&problem).ok()? {
+            Answer::Solved(solution) | Answer::NotConverged(Some(solution)) => Some(solution.point.x),
+            _ => None,
+        }
     }
 
     /// The same with the noise as large as the misfit at the `best` unknowns says, `used` of which it determines.

@@ -3,27 +3,30 @@
 //! [`TangentProgram`](crate::inverse::TangentProgram) -> misfit in the measure of its noise -> the unknowns that it allows
 //! (intervals) and their distribution (posterior) -> [`Certainty`].
 
+mod design;
 mod determination;
 mod discrepancy;
 mod feasible;
-mod limits;
+mod least_odd;
 mod misfit;
 mod posterior;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-pub use determination::{Determination, UnknownCertainty};
+pub use design::{ChosenMarker, MarkerDesign};
+pub use determination::{Determination, UnknownCertainty, percent};
 pub use discrepancy::Discrepancy;
 
 use self::feasible::{Feasible, Range};
-use self::limits::Limits;
 use self::misfit::Misfit;
 use self::posterior::Posterior;
 use crate::inverse::{FreeUnknowns, TangentProgram};
 
 /// Influence below this share of the strongest is none.
 const NEGLIGIBLE: f64 = 1e-9;
+/// Samples of the posterior: the first noise is only about right.
+const SAMPLES: [usize; 2] = [400, 2000];
 /// Distance to a limit at which an unknown lies on it.
 const AT_LIMIT: f64 = 1e-6;
 /// What another unknown must change by, as a share of the one that trades against it, to be named,
@@ -36,7 +39,9 @@ const GROUPED: f64 = 0.7;
 /// What the data determine of an answer, on its tangent.
 ///
 /// The misfit counts markers, features, mirrored pairs and priors in their standard deviations, to which the
-/// [`Discrepancy`] of the model is added, and not the effort: a preference tells nothing about the face.
+/// [`Discrepancy`] of the model is added, and not the effort: a preference tells nothing about the face. What touches at
+/// the answer goes on touching, with forces that follow the activations; contacts that would open or close on the way are
+/// not walls, since a face goes on beyond them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Certainty {
     /// How far the model was taken to be from the face.
@@ -67,6 +72,9 @@ pub struct SideCertainty {
     pub even: [f64; 3],
     /// Odd part of the answer, its least and its greatest value; above zero the left is stronger.
     pub odd: [f64; 3],
+    /// Odd part in the activations of the least sum of squared odd parts whose misfit the noise allows: what the data demand
+    /// of all muscles together.
+    pub least_odd: Option<f64>,
 }
 
 impl SideCertainty {
@@ -81,19 +89,20 @@ impl Certainty {
     /// no program converges.
     pub fn of(program: &TangentProgram, discrepancy: Discrepancy) -> Option<Self> {
         let free = program.free();
-        let limits = Limits::of(program, &free);
         let m = program.n_muscles();
-        let first = Known::new(program, &free, &limits, &discrepancy, &program.x.rows(0, m).map(|a| a * a))?;
-        let known = match discrepancy == Discrepancy::NONE {
+        let alone = discrepancy == Discrepancy::NONE;
+        let samples = SAMPLES[usize::from(alone)];
+        let first = Known::new(program, &free, &discrepancy, samples, &program.x.rows(0, m).map(|a| a * a))?;
+        let known = match alone {
             true => first,
             // What a muscle may do counts as well as what it does in the answer.
             false => {
                 let squares = DVector::from_fn(m, |k, _| first.mean[k].powi(2) + first.covariance[(k, k)]);
-                Known::new(program, &free, &limits, &discrepancy, &squares)?
+                Known::new(program, &free, &discrepancy, SAMPLES[1], &squares)?
             }
         };
         let Known { misfit, best, mean, covariance } = known;
-        let feasible = Feasible::new(&misfit, &limits, &best);
+        let feasible = Feasible::new(&misfit, &free.bounds, &best);
         let n = program.n_unknowns();
         let unit = |k: usize| free.transform.row(k).transpose();
         let ranges: Vec<Option<Range>> = (0..n).into_par_iter().map(|k| feasible.range(&unit(k))).collect();
@@ -141,7 +150,8 @@ impl Certainty {
         });
         let groups = groups(&unknowns, &correlations);
         let sides = sides(program);
-        let sides = sides.into_par_iter().map(|(name, [left, right])| {
+        let least_odd = uneven(&sides, &free, &misfit, &best);
+        let sides = sides.into_par_iter().enumerate().map(|(pair, (name, [left, right]))| {
             let (l, r) = (program.x[left], program.x[right]);
             let part = |sign: f64, value: f64| {
                 let f: DVector<f64> = (unit(left) + unit(right) * sign) / 2.;
@@ -151,7 +161,8 @@ impl Certainty {
                     None => [value; 3],
                 }
             };
-            SideCertainty { name, even: part(1., (l + r) / 2.), odd: part(-1., (l - r) / 2.) }
+            let least_odd = least_odd.as_ref().map(|odd| odd[pair]);
+            SideCertainty { name, even: part(1., (l + r) / 2.), odd: part(-1., (l - r) / 2.), least_odd }
         });
         let sides = sides.collect();
         let (most, least) = (misfit.singular.max(), misfit.singular.min());
@@ -184,17 +195,17 @@ impl Known {
     fn new(
         program: &TangentProgram,
         free: &FreeUnknowns,
-        limits: &Limits,
         discrepancy: &Discrepancy,
+        samples: usize,
         squares: &DVector<f64>,
     ) -> Option<Self> {
         let misfit = Misfit::of(program, free, discrepancy, squares)?;
-        let best = misfit.best(limits)?;
-        let within = best.iter().zip(limits.lower.iter().zip(limits.upper.iter()));
+        let best = misfit.best(&free.bounds)?;
+        let within = best.iter().zip(free.bounds.min.iter().zip(free.bounds.max.iter()));
         let used = within.filter(|(y, (lo, hi))| **y > *lo + AT_LIMIT && **y < *hi - AT_LIMIT).count();
         let misfit = misfit.with_birge(&best, used);
         let n = program.n_unknowns();
-        let (mean, covariance) = match Posterior::of(&misfit, limits, &best) {
+        let (mean, covariance) = match Posterior::of(&misfit, &free.bounds, &best, samples) {
             Some(posterior) => (
                 &free.transform * posterior.mean() + &free.offset,
                 &free.transform * posterior.covariance() * free.transform.transpose(),
@@ -232,6 +243,26 @@ fn groups(unknowns: &[UnknownCertainty], correlations: &DMatrix<f64>) -> Vec<Vec
         (0..group.len()).filter(|&k| group[k] == lead).map(|k| unknowns[k].name.clone()).collect()
     };
     (0..group.len()).map(members).filter(|members| members.len() > 1).collect()
+}
+
+/// The odd parts of the pairs `sides` in the least uneven activations that the noise allows.
+fn uneven(
+    sides: &[(String, [usize; 2])],
+    free: &FreeUnknowns,
+    misfit: &Misfit,
+    best: &DVector<f64>,
+) -> Option<DVector<f64>> {
+    let half = |x: &dyn Fn(usize) -> f64| {
+        DVector::from_iterator(sides.len(), sides.iter().map(|(_, [l, r])| (x(*l) - x(*r)) / 2.))
+    };
+    let columns: Vec<DVector<f64>> =
+        free.transform.column_iter().map(|column| half(&|k| column[k])).collect();
+    if columns.is_empty() {
+        return None;
+    }
+    let (odd, offset) = (DMatrix::from_columns(&columns), half(&|k| free.offset[k]));
+    let y = least_odd::least_odd(misfit, misfit.at(best) + feasible::RISE, &free.bounds, &odd, &offset)?;
+    Some(odd * y + offset)
 }
 
 /// Muscles that there are on both sides: name and unknowns, left first.

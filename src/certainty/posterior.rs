@@ -4,14 +4,12 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 
-use super::limits::Limits;
 use super::misfit::Misfit;
+use crate::inverse::ActivationBounds;
 
-/// Precision of a normal distribution that is flat to an eighth of a per cent over [0, 1], about the middle: it stands for
-/// a uniform one where the data say nothing.
-const FLAT: f64 = 0.01;
-/// Trajectories.
-const SAMPLES: usize = 2000;
+/// Precision of a normal distribution that is flat to about one per cent over [0, 1], about the middle: it stands for a
+/// uniform one where the data say nothing.
+const FLAT: f64 = 0.1;
 /// Trajectories before the first that counts.
 const WARM: usize = 100;
 /// Standard deviations beyond which a row is no wall.
@@ -21,7 +19,7 @@ const AT_ONCE: f64 = 1e-10;
 /// Bounces of one trajectory before it is cut short.
 const MOST_BOUNCES: usize = 20_000;
 
-/// Samples of the normal distribution of the misfit, truncated to the limits: all flat before the data.
+/// Samples of the normal distribution of the misfit, truncated to the bounds: all flat before the data.
 ///
 /// Exact Hamiltonian Monte Carlo: in whitened coordinates a particle moves on an ellipse and bounces off the walls
 /// (Pakman and Paninski, Exact Hamiltonian Monte Carlo for truncated multivariate Gaussians, J Comput Graph Stat 23:518,
@@ -33,22 +31,27 @@ pub(super) struct Posterior {
 }
 
 impl Posterior {
-    /// That of `misfit` within `limits`, from the unknowns `start`, which satisfy them.
-    pub(super) fn of(misfit: &Misfit, limits: &Limits, start: &DVector<f64>) -> Option<Self> {
+    /// `count` samples of that of `misfit` within `bounds`, from the unknowns `start`, which satisfy them.
+    pub(super) fn of(
+        misfit: &Misfit,
+        bounds: &ActivationBounds,
+        start: &DVector<f64>,
+        count: usize,
+    ) -> Option<Self> {
         let k = start.len();
         if k == 0 {
             return None;
         }
-        let middle = (&limits.lower + &limits.upper) / 2.;
+        let middle = (&bounds.min + &bounds.max) / 2.;
         let precision = misfit.matrix.tr_mul(&misfit.matrix) + DMatrix::identity(k, k) * FLAT;
         let factor = Cholesky::new(precision)?;
         let mean = factor.solve(&(misfit.matrix.tr_mul(&misfit.centre) + middle * FLAT));
-        let walls = Walls::of(limits, &factor, &mean, start)?;
+        let walls = Walls::of(bounds, &factor, &mean, start)?;
         let upper = factor.l().transpose();
         let mut place = &upper * (start - &mean);
         let mut normal = Normal::new();
-        let mut samples = DMatrix::zeros(k, SAMPLES);
-        for n in 0..WARM + SAMPLES {
+        let mut samples = DMatrix::zeros(k, count);
+        for n in 0..WARM + count {
             let speed = DVector::from_fn(k, |_, _| normal.next());
             place = walls.trajectory(place, speed);
             if n >= WARM {
@@ -82,24 +85,21 @@ struct Walls {
 
 impl Walls {
     fn of(
-        limits: &Limits,
+        bounds: &ActivationBounds,
         factor: &Cholesky<f64, nalgebra::Dyn>,
         mean: &DVector<f64>,
         start: &DVector<f64>,
     ) -> Option<Self> {
-        let (k, c) = (mean.len(), limits.slope.nrows());
-        let all = DMatrix::from_fn(2 * k + c, k, |i, j| match i {
-            _ if i < k => f64::from(i == j),
-            _ if i < 2 * k => -f64::from(i - k == j),
-            _ => limits.slope[(i - 2 * k, j)],
-        });
-        let chain = limits.lower.iter().map(|lo| -lo).chain(limits.upper.iter().copied());
-        let offset = DVector::from_iterator(2 * k + c, chain.chain(limits.offset.iter().copied()));
+        let k = mean.len();
+        let all =
+            DMatrix::from_fn(2 * k, k, |i, j| if i < k { f64::from(i == j) } else { -f64::from(i - k == j) });
+        let values = bounds.min.iter().map(|lo| -lo).chain(bounds.max.iter().copied());
+        let offset = DVector::from_iterator(2 * k, values);
         // L^-1 A' = (A L^-T)'.
         let white = factor.l().solve_lower_triangular(&all.transpose())?.transpose();
         let at_mean = &all * mean + &offset;
         let at_start = &all * start + &offset;
-        let near: Vec<usize> = (0..2 * k + c)
+        let near: Vec<usize> = (0..2 * k)
             .filter(|&i| at_mean[i] < FAR * white.row(i).norm().max(1e-300) || at_start[i] < ROOM)
             .collect();
         let rows = white.select_rows(&near);

@@ -1,9 +1,11 @@
 //! Command line arguments, parsed into values that are valid by themselves.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use modiolus::certainty::Discrepancy;
 use modiolus::face::{Jaw, standard::Resolution};
+use modiolus::inverse::Target;
 use modiolus::io::nearest;
 use modiolus::render::{MAX_SIDE, MIN_SIDE, Show, View};
 use modiolus::study::{Mechanics, Stiffness, Strain};
@@ -25,6 +27,12 @@ pub(crate) enum Verb {
     Fit(FitOptions),
     /// Fit targets and hold each against the result that its file states for the face.
     Verify(VerifyOptions),
+    /// Tell which activations the data determine, and which they leave open.
+    Identify(IdentifyOptions),
+    /// Tell how far the two sides of a moved face are from mirror images, and which muscles make it so.
+    Symmetry(SymmetryOptions),
+    /// Tell where markers on the skin determine the activations best.
+    Markers(MarkersOptions),
     /// Show what given activations do.
     Forward(ForwardOptions),
     /// Write the activation map: what each muscle alone does to each point, without contact.
@@ -68,6 +76,10 @@ pub(crate) struct FitOptions {
     /// pass through.
     #[arg(long, value_enum, default_value_t = ContactMode::Reactions)]
     pub(crate) contact: ContactMode,
+    /// How far the model may be from the face, for the intervals: not at all, as far as another mesh, or as far as another
+    /// anatomist's muscles.
+    #[arg(long, value_name = "none|mesh|anatomy", default_value = "anatomy", value_parser = parse_discrepancy)]
+    pub(crate) discrepancy: Discrepancy,
     /// Print solution.json instead of the table; of several targets the summary as JSON.
     #[arg(long)]
     pub(crate) json: bool,
@@ -142,6 +154,93 @@ pub(crate) enum ProgramFormat {
     Qps,
     /// Arrays of NumPy.
     Npz,
+}
+
+/// What is done with a target that has to be fitted first.
+#[derive(Debug, Args)]
+pub(crate) struct FirstFit {
+    #[command(flatten)]
+    pub(crate) common: CommonOptions,
+    /// How lips, cheeks and teeth touch.
+    #[arg(long, value_enum, default_value_t = ContactMode::Reactions)]
+    pub(crate) contact: ContactMode,
+    /// How far the model may be from the face: not at all, as far as another mesh, or as far as another anatomist's muscles.
+    #[arg(long, value_name = "none|mesh|anatomy", default_value = "anatomy", value_parser = parse_discrepancy)]
+    pub(crate) discrepancy: Discrepancy,
+}
+
+impl FirstFit {
+    /// The fit of the target in the file `target`.
+    pub(crate) fn of(&self, target: &Path) -> FitOptions {
+        let Self { common, contact, discrepancy } = self;
+        FitOptions {
+            targets: vec![target.to_owned()],
+            common: common.clone(),
+            out: None,
+            contact: *contact,
+            discrepancy: *discrepancy,
+            json: false,
+            junit: None,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct IdentifyOptions {
+    #[arg(
+        value_name = "RESULT|TARGET.toml",
+        help = "A folder that fit wrote, or a target to fit first; nothing is written"
+    )]
+    pub(crate) what: PathBuf,
+    #[command(flatten)]
+    pub(crate) fit: FirstFit,
+    /// Print JSON instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SymmetryOptions {
+    #[arg(
+        value_name = "RESULT|TARGET.toml",
+        help = "A folder that fit or forward wrote, or a target to fit first"
+    )]
+    pub(crate) what: PathBuf,
+    #[command(flatten)]
+    pub(crate) fit: FirstFit,
+    /// Exit code 1 when a landmark differs by more than this from the mirror image of the other side, mm.
+    #[arg(long, value_name = "MM", value_parser = parse_asymmetry)]
+    pub(crate) max_asymmetry_mm: Option<f64>,
+    /// Folder for symmetry.json and symmetry.vtu, the map over the skin; nothing is written without it.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print symmetry.json instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MarkersOptions {
+    /// How many markers.
+    #[arg(long, value_name = "N", default_value = "12", value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub(crate) count: u16,
+    /// Standard deviation of each component of a marker, mm.
+    #[arg(long, value_name = "MM", default_value = "0.5", value_parser = parse_sigma)]
+    pub(crate) sigma_mm: f64,
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    /// How strong the muscles are, as a multiple of their `max_force_n`.
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = parse_strength)]
+    pub(crate) strength: f64,
+    /// The activation at which every muscle's stiffness is held.
+    #[arg(long, value_name = "fixed=A", default_value = "fixed=0.5", value_parser = parse_fixed)]
+    pub(crate) stiffness: f64,
+    /// How far the model may be from the face: not at all, as far as another mesh, or as far as another anatomist's muscles.
+    #[arg(long, value_name = "none|mesh|anatomy", default_value = "mesh", value_parser = parse_discrepancy)]
+    pub(crate) discrepancy: Discrepancy,
+    /// Print JSON instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -362,6 +461,25 @@ impl ContactMode {
 
 fn parse_strain(text: &str) -> Result<Strain, String> {
     Strain::parse(text).ok_or_else(|| unknown(text, &Strain::NAMES))
+}
+
+fn parse_discrepancy(text: &str) -> Result<Discrepancy, String> {
+    Discrepancy::parse(text).ok_or_else(|| unknown(text, &Discrepancy::NAMES))
+}
+
+fn parse_sigma(text: &str) -> Result<f64, String> {
+    let [least, most] = Target::SIGMA_MM;
+    match text.parse() {
+        Ok(mm) if (least..=most).contains(&mm) => Ok(mm),
+        _ => Err(format!("write a standard deviation in mm, from {least} to {most}, such as 0.5")),
+    }
+}
+
+fn parse_asymmetry(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(mm) if (0. ..=100.).contains(&mm) => Ok(mm),
+        _ => Err("write a length in mm, from 0 to 100, such as 3".to_owned()),
+    }
 }
 
 fn parse_strength(text: &str) -> Result<f64, String> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use modiolus::face::Pose;
-use modiolus::io::{AnswerFiles, ComparedLandmarkJson, ComparisonJson, ContactJson, read_answer};
+use modiolus::io::{AnswerFiles, ComparedLandmarkJson, ComparisonJson, ContactJson};
 use modiolus::render::{MovedScene, Scene, side_by_side};
 use modiolus::study::{Comparison, Posed};
 use modiolus::units::Vec3;
@@ -14,7 +14,7 @@ use super::error::CliError;
 use super::export::keep_inputs;
 use super::load::{LoadedFace, input_name, pose};
 use super::progress::Progress;
-use super::render::{face_of_answer, write_image};
+use super::render::{read_moved, write_image};
 
 /// Activations that change by less are not listed.
 const SHOWN_CHANGE: f64 = 0.005;
@@ -60,11 +60,10 @@ pub(crate) fn run(options: &CompareOptions) -> Result<Outcome, CliError> {
 }
 
 fn side(folder: &Path, progress: &mut Progress) -> Result<Side, CliError> {
-    let answer = read_answer(folder)?;
+    let (loaded, answer) = read_moved(folder, progress)?;
     if answer.operated.is_some() {
         return Err(CliError::ResultOfOperation(folder.to_owned()));
     }
-    let loaded = face_of_answer(folder, &answer, progress)?;
     for (input, sha256) in &loaded.inputs {
         if answer.inputs.get(input).is_some_and(|known| known != sha256) {
             return Err(CliError::ChangedInput { dir: folder.to_owned(), input: input.clone() });

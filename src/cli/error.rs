@@ -47,6 +47,12 @@ pub(crate) enum CliError {
     Study { face: String, error: Box<StudyError> },
     #[error("{0}")]
     Inverse(Box<InverseError>),
+    #[error("{}: holds no certainty, because nothing was fitted; give a folder that fit wrote, or a target", .0.display())]
+    NoCertainty(PathBuf),
+    #[error(
+        "{heading}: there is no answer of which anything could be determined; give the target markers, and limits that do not contradict each other"
+    )]
+    NothingToIdentify { heading: String },
     #[error(transparent)]
     Map(#[from] MapFileError),
     #[error(transparent)]
@@ -95,6 +101,7 @@ impl CliError {
     /// 1 when the input is good and no answer was found, 2 when the input is bad.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
+            Self::NothingToIdentify { .. } => 1,
             Self::Study { error, .. } if error.is_without_rest() => 1,
             Self::Inverse(error)
                 if matches!(

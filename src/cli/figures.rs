@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use modiolus::certainty::Discrepancy;
 use modiolus::forward::operate;
 use modiolus::io::{WriteError, read_plan, read_target};
 use modiolus::render::{
@@ -42,6 +43,7 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
         common: options.common.clone(),
         out: None,
         contact: ContactMode::Reactions,
+        discrepancy: Discrepancy::ANATOMY,
         json: false,
         junit: None,
     };

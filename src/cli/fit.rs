@@ -4,14 +4,16 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use modiolus::certainty::Certainty;
 use modiolus::face::Face;
 use modiolus::forward::Deformation;
 use modiolus::inverse::{
     self, Expected, InverseError, Observations, Solution, Status, TangentProgram, Target, Warning,
 };
 use modiolus::io::{
-    CertificateJson, ContactJson, DeformationJson, ExpectedJson, FeatureJson, FileSet, LimitJson, LinearJson,
-    MarkerJson, OtherJson, ResidualJson, SolutionJson, StepJson, TargetDocument, TargetJson, read_target,
+    CertaintyJson, CertificateJson, ContactJson, DeformationJson, ExpectedJson, FeatureJson, FileSet,
+    LimitJson, LinearJson, MarkerJson, OtherJson, ResidualJson, SolutionJson, StepJson, TargetDocument,
+    TargetJson, read_target,
 };
 use modiolus::mesh::{Locator, Site};
 use modiolus::study::{self, Fit, LinearAnswer, Stiffness, Strain, StudyError, Verdict, residual_rms_mm};
@@ -45,6 +47,15 @@ pub(crate) fn run(options: &FitOptions) -> Result<Outcome, CliError> {
     let fitted = fit_on(&loaded, &document, target, options, progress)?;
     let text = export(fitted.answer, &loaded.face, FileSet::new(&out), options.json)?;
     Ok(Outcome { text, solved: fitted.solved })
+}
+
+/// The fit of the one target of `options`, and its face; nothing is written.
+pub(crate) fn fit(options: &FitOptions, target: &Path) -> Result<(Fitted, LoadedFace), CliError> {
+    let document = read_target(target)?;
+    let mut progress = Progress::new();
+    let loaded = load(&options.common.face, &mut progress)?.with_strength(options.common.strength);
+    let fitted = fit_on(&loaded, &document, target, options, progress)?;
+    Ok((fitted, loaded))
 }
 
 /// A fit before anything of it is written.
@@ -99,8 +110,13 @@ impl<'a> Asked<'a> {
         &self.document.target
     }
 
-    /// The fit.
-    pub(crate) fn fit(&self, options: &FitOptions, mut progress: Progress) -> Result<Fitted, CliError> {
+    /// The fit, and where it is wanted what the data determine of it, which takes its time.
+    pub(crate) fn fit(
+        &self,
+        options: &FitOptions,
+        wants_certainty: bool,
+        mut progress: Progress,
+    ) -> Result<Fitted, CliError> {
         let Self { loaded, document, observations, .. } = self;
         let (face, target) = (&loaded.face, &document.target);
         let mode = match options.contact {
@@ -132,7 +148,12 @@ impl<'a> Asked<'a> {
         let verdict = Verdict::of(solution.status, residual_rms_mm(solution), stated);
         let heading = format!("{} on {}: {}", target.name, loaded.called, solution.status);
         let deformation = found.displacement.as_ref().map(|u| Deformation::of(&face.mesh, u));
-        let json = solution_json(&found, deformation.as_ref(), options, self, progress);
+        let certainty = progress.step("identify", || {
+            let program = solution.program.as_ref().filter(|_| wants_certainty)?;
+            Certainty::of(program, options.discrepancy)
+        });
+        let deformation = deformation.as_ref();
+        let json = solution_json(&found, certainty.as_ref(), deformation, options, self, progress);
         let activation = solution.activations.values.clone();
         let contact_load = found.contact.map(|c| c.load);
         let answer = Answer { heading, json, displacement: found.displacement, activation, contact_load };
@@ -148,7 +169,7 @@ pub(crate) fn fit_on(
     options: &FitOptions,
     mut progress: Progress,
 ) -> Result<Fitted, CliError> {
-    Asked::new(loaded, document, path, &mut progress)?.fit(options, progress)
+    Asked::new(loaded, document, path, &mut progress)?.fit(options, true, progress)
 }
 
 /// An error of a target with the line of its field.
@@ -227,6 +248,7 @@ fn contact_json(found: &Fit) -> ContactJson {
 
 fn solution_json(
     found: &Fit,
+    certainty: Option<&Certainty>,
     deformation: Option<&Deformation>,
     options: &FitOptions,
     asked: &Asked,
@@ -261,11 +283,13 @@ fn solution_json(
             rms: observed.then_some(solution.residual.rms_mm),
             max: observed.then_some(solution.residual.max_mm),
         },
+        explained: solution.explained,
         markers: solution.markers.iter().map(MarkerJson::from).collect(),
         features: solution.features.iter().map(FeatureJson::from).collect(),
         active_limits: solution.active_limits.iter().map(LimitJson::from).collect(),
         contact: (options.contact != ContactMode::Off).then(|| contact_json(found)),
         certificate: (!a.values.is_empty()).then(|| CertificateJson::from(&solution.certificate)),
+        certainty: certainty.map(CertaintyJson::from),
         expected: stated(&document.target, loaded, options).map(|stated| expected(solution, stated)),
         deformation: deformation.map(DeformationJson::from),
         steps: found.history.iter().map(StepJson::from).collect(),

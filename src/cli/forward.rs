@@ -102,6 +102,7 @@ pub(crate) fn forward_json(
         target_mm: [None; 3],
         model_mm: site.displacement(u).into(),
         residual_mm: None,
+        explained: None,
     };
     let muscles = face.muscles.iter().map(|m| m.name.clone());
     SolutionJson {
@@ -114,11 +115,13 @@ pub(crate) fn forward_json(
         activations: muscles.zip(state.activation.iter().copied()).collect::<BTreeMap<_, _>>(),
         jaw_opening_mm: state.jaw_opening_mm,
         residual_mm: ResidualJson { rms: None, max: None },
+        explained: None,
         markers: face.landmarks.iter().map(|l| landmark(&l.name, &l.site)).collect(),
         features: Vec::new(),
         active_limits: Vec::new(),
         contact: state.contact,
         certificate: None,
+        certainty: None,
         expected: None,
         deformation: Some((&deformation).into()),
         steps: Vec::new(),

@@ -9,13 +9,16 @@ mod face_verbs;
 mod figures;
 mod fit;
 mod forward;
+mod identify;
 mod load;
 mod map;
+mod markers;
 mod program;
 mod progress;
 mod render;
 mod suite;
 mod surgery;
+mod symmetry;
 mod table;
 
 use std::borrow::Cow;
@@ -90,6 +93,9 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
         Verb::Verify(options) => suite::verify(options),
         Verb::Compare(options) => compare::run(&options),
         Verb::Export(options) => program::run(&options),
+        Verb::Identify(options) => identify::run(&options),
+        Verb::Symmetry(options) => symmetry::run(&options),
+        Verb::Markers(options) => markers::run(&options),
         Verb::Forward(options) => forward::run(&options),
         Verb::Map(options) => map::run(&options),
         Verb::Render(options) => render::run(&options),

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use modiolus::certainty::Discrepancy;
 use modiolus::io::{AnswerFiles, ProgramFile, read_answer, read_target, write_atomically};
 use modiolus::study::Strain;
 
@@ -11,7 +12,7 @@ use super::arguments::{
 };
 use super::error::CliError;
 use super::export::keep_inputs;
-use super::fit::fit_on;
+use super::fit::Asked;
 use super::load::{input_name, load};
 use super::progress::{Progress, say};
 
@@ -21,21 +22,22 @@ pub(crate) fn run(options: &ExportOptions) -> Result<Outcome, CliError> {
     let target = answer.target.as_ref().ok_or_else(|| CliError::NothingFitted(dir.clone()))?;
     let path = PathBuf::from(&target.file);
     keep_inputs(&answer.inputs, [options.out.clone()])?;
-    let asked = fit_options(&answer).ok_or_else(|| CliError::OlderResult(dir.clone()))?;
+    let fit_options = fit_options(&answer).ok_or_else(|| CliError::OlderResult(dir.clone()))?;
     let document = read_target(&path)?;
     unchanged(dir, &answer, &input_name(&path), &document.sha256)?;
     let mut progress = Progress::new();
-    let loaded = load(&asked.common.face, &mut progress)?.with_strength(asked.common.strength);
+    let loaded = load(&fit_options.common.face, &mut progress)?.with_strength(fit_options.common.strength);
     for (name, sha256) in &loaded.inputs {
         unchanged(dir, &answer, name, sha256)?;
     }
     // A result does not hold its program; the fit is the same bytes every time.
-    let fitted = fit_on(&loaded, &document, &path, &asked, progress)?;
+    let asked = Asked::new(&loaded, &document, &path, &mut progress)?;
+    let fitted = asked.fit(&fit_options, false, progress)?;
     if fitted.answer.json.activations != answer.activations {
         return Err(CliError::OtherAnswer(dir.clone()));
     }
     let program = fitted.program.ok_or_else(|| CliError::NothingFitted(dir.clone()))?;
-    let file = ProgramFile::new(&document.target, &program);
+    let file = ProgramFile::new(asked.target(), &program);
     let bytes = match options.to {
         ProgramFormat::Npz => file.npz().map_err(CliError::Program)?,
         ProgramFormat::Qps => file.qps().into_bytes(),
@@ -65,6 +67,7 @@ fn fit_options(answer: &AnswerFiles) -> Option<FitOptions> {
         },
         out: None,
         contact: ContactMode::named(&answer.contact_mode)?,
+        discrepancy: Discrepancy::ANATOMY,
         json: false,
         junit: None,
     })

@@ -95,11 +95,10 @@ pub(crate) fn displacements(
 }
 
 fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Result<Posed, CliError> {
-    let files = read_answer(dir)?;
     if !options.activate.is_empty() {
         return Err(CliError::ActivatedAnswer { dir: dir.to_owned() });
     }
-    let mut loaded = face_of_answer(dir, &files, progress)?;
+    let (mut loaded, files) = read_moved(dir, progress)?;
     let of = |name: &String| files.activations.get(name).copied().unwrap_or(0.0);
     let activation = loaded.face.muscles.iter().map(|m| of(&m.name)).collect();
     let pose = pose(&loaded.face, files.jaw_opening_mm);
@@ -109,23 +108,21 @@ fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Resul
     Ok(Posed { loaded, activation: Some(activation), displacement: Some(files.displacement), pose })
 }
 
-/// The face of the answer in the folder `dir`.
-pub(crate) fn face_of_answer(
-    dir: &Path,
-    files: &AnswerFiles,
-    progress: &mut Progress,
-) -> Result<LoadedFace, CliError> {
+/// The answer in the folder `dir`, and the face that it moves.
+pub(crate) fn read_moved(dir: &Path, progress: &mut Progress) -> Result<(LoadedFace, AnswerFiles), CliError> {
+    let files = read_answer(dir)?;
+    let choice = FaceChoice::named(&files.face);
     let unread = |reason| CliError::FaceOfAnswer {
         dir: dir.to_owned(),
         face: files.face.clone(),
         reason: Box::new(reason),
     };
-    let loaded = load(&FaceChoice::named(&files.face), progress).map_err(unread)?;
+    let loaded = load(&choice, progress).map_err(unread)?;
     let expected = 3 * loaded.face.mesh.n_nodes();
     if files.displacement.len() != expected {
         let (what, found) = ("displacement", files.displacement.len());
         let error = RenderError::Length { what, found, expected };
-        return Err(CliError::AnswerOfOtherFace { path: files.vtu.clone(), error });
+        return Err(CliError::AnswerOfOtherFace { path: files.vtu, error });
     }
-    Ok(loaded)
+    Ok((loaded, files))
 }

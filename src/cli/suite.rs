@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use modiolus::certainty::Discrepancy;
 use modiolus::face::standard::Resolution;
 use modiolus::io::{FileSet, SuiteJson, SuiteTargetJson, junit_text, read_targets, write_atomically};
 use modiolus::study::{Stiffness, Strain, Verdict, at_once};
@@ -45,7 +46,8 @@ pub(crate) fn verify(options: VerifyOptions) -> Result<Outcome, CliError> {
     let common =
         CommonOptions { face, strain: Strain::default(), strength: 1., stiffness: Stiffness::default() };
     let contact = ContactMode::Reactions;
-    let options = FitOptions { targets, common, out, contact, json, junit };
+    let discrepancy = Discrepancy::ANATOMY;
+    let options = FitOptions { targets, common, out, contact, discrepancy, json, junit };
     let place = options.out.as_deref().map_or(Place::Nowhere, Place::Folder);
     run(&options, Asks::AsStated, &place)
 }
@@ -74,7 +76,9 @@ fn run(options: &FitOptions, asks: Asks, place: &Place) -> Result<Outcome, CliEr
 
     let mut timings_s = BTreeMap::new();
     let mut rows = Vec::new();
-    let fits = fit_all(&asked, options, &mut progress);
+    // What is not written needs no certainty.
+    let wants_certainty = !matches!(place, Place::Nowhere);
+    let fits = fit_all(&asked, options, wants_certainty, &mut progress);
     // Nothing is written where one of them is refused.
     let fits: Vec<_> = fits.into_iter().map(answered).collect::<Result<_, _>>()?;
     for (((fitted, seconds), asked), folder) in fits.into_iter().zip(&asked).zip(&folders) {
@@ -116,6 +120,7 @@ fn run(options: &FitOptions, asks: Asks, place: &Place) -> Result<Outcome, CliEr
 fn fit_all(
     asked: &[Asked],
     options: &FitOptions,
+    wants_certainty: bool,
     progress: &mut Progress,
 ) -> Vec<(Result<Fitted, CliError>, f64)> {
     let done = AtomicUsize::new(0);
@@ -124,7 +129,7 @@ fn fit_all(
         bar.set_message(format!("fit {}", counted(n, "target")));
         at_once(asked, |asked| {
             let start = Instant::now();
-            let fitted = asked.fit(options, Progress::silent());
+            let fitted = asked.fit(options, wants_certainty, Progress::silent());
             let seconds = start.elapsed().as_secs_f64();
             let k = done.fetch_add(1, Ordering::Relaxed) + 1;
             let word = fitted.as_ref().map_or("no answer", |f| f.answer.json.status.said());

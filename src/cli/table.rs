@@ -2,11 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use modiolus::io::{ContactJson, LinearJson, MarkerJson, RelaxationEndWord, SolutionJson};
+use modiolus::certainty::percent;
+use modiolus::io::{
+    ContactJson, LimitJson, LimitKindWord, LinearJson, MarkerJson, RelaxationEndWord, SolutionJson,
+    UnknownJson,
+};
 use modiolus::units::counted;
 
 /// Characters of a full bar.
 const BAR: usize = 20;
+
+/// Characters of an interval.
+const INTERVAL: usize = 12;
 
 /// Limits that are listed; the strongest come first.
 const SHOWN_LIMITS: usize = 12;
@@ -18,7 +25,7 @@ const SHOWN_DIFFERENCES: usize = 4;
 pub(crate) fn render(heading: &str, answer: &SolutionJson) -> String {
     let parts = [
         format!("{heading}\n"),
-        activations(&answer.activations),
+        activations(answer),
         answer.jaw_opening_mm.map(|q| format!("Jaw open by {:.1} mm\n", tidy(q, 1))).unwrap_or_default(),
         markers(answer),
         features(answer),
@@ -34,12 +41,20 @@ pub(crate) fn render(heading: &str, answer: &SolutionJson) -> String {
 }
 
 /// Muscles with the strongest side first, left and right side by side.
-fn activations(activations: &BTreeMap<String, f64>) -> String {
-    if activations.is_empty() {
+fn activations(answer: &SolutionJson) -> String {
+    if answer.activations.is_empty() {
         return String::new();
     }
+    let unknowns = answer.certainty.iter().flat_map(|certainty| &certainty.unknowns);
+    let known: BTreeMap<&str, &UnknownJson> =
+        unknowns.map(|unknown| (unknown.name.as_str(), unknown)).collect();
+    let interval = |stem: &str, side: &str| {
+        known
+            .get(format!("{stem}{side}").as_str())
+            .map(|u| format!("({} to {})", percent(u.min), percent(u.max)))
+    };
     let mut rows: BTreeMap<&str, [Option<f64>; 3]> = BTreeMap::new();
-    for (name, &a) in activations {
+    for (name, &a) in &answer.activations {
         let (stem, column) = match (name.strip_suffix("_r"), name.strip_suffix("_l")) {
             (Some(stem), _) => (stem, 0),
             (_, Some(stem)) => (stem, 1),
@@ -51,16 +66,37 @@ fn activations(activations: &BTreeMap<String, f64>) -> String {
     let strongest = |sides: &[Option<f64>; 3]| sides.iter().flatten().copied().fold(0.0, f64::max);
     rows.sort_by(|a, b| strongest(&b.1).total_cmp(&strongest(&a.1)));
     let width = rows.iter().map(|(stem, _)| stem.len()).max().unwrap_or(0).max(20);
-    let side = BAR + 5;
+    let within = if known.is_empty() { 0 } else { INTERVAL };
+    let side = within + BAR + 5;
     let mut text =
         format!("{:width$}  {:>side$} | subject's left\n", "Activation, per cent", "subject's right");
     for (stem, [right, left, both]) in rows {
-        let right = right.map(|a| format!("{:>BAR$} {:3.0} ", bar(a), 100.0 * a));
-        let left = left.or(both).map(|a| format!("{:3.0}  {}", 100.0 * a, bar(a)));
+        let right = right.map(|a| {
+            format!("{:within$}{:>BAR$} {:3.0} ", interval(stem, "_r").unwrap_or_default(), bar(a), 100.0 * a)
+        });
+        let left = left.map(|a| (a, "_l")).or(both.map(|a| (a, ""))).map(|(a, side)| {
+            let interval = interval(stem, side).unwrap_or_default();
+            format!("{:3.0}  {:BAR$}  {interval}", 100.0 * a, bar(a))
+        });
         let line =
             format!("{stem:width$}  {:>side$} | {}", right.unwrap_or_default(), left.unwrap_or_default());
         text += line.trim_end();
         text += if both.is_some() { "  (one muscle)\n" } else { "\n" };
+    }
+    if let Some(certainty) = &answer.certainty {
+        let of = |word: &str| certainty.unknowns.iter().filter(|u| u.determination == word).count();
+        text += &format!(
+            "In brackets what the noise allows: {} of {} determined to within 20 per cent, {} roughly; identify tells more\n",
+            of("determined"),
+            certainty.unknowns.len(),
+            of("roughly")
+        );
+        if certainty.noise_factor > 1.05 {
+            text += &format!(
+                "The residuals are {:.1} times as large as noise and model explain: the brackets are wider by as much\n",
+                certainty.noise_factor
+            );
+        }
     }
     text
 }
@@ -167,16 +203,38 @@ fn contact(contact: &ContactJson) -> String {
 }
 
 fn limits(answer: &SolutionJson) -> String {
-    if answer.active_limits.is_empty() {
-        return String::new();
+    let (at_rest, caps): (Vec<&LimitJson>, Vec<&LimitJson>) =
+        answer.active_limits.iter().partition(|limit| limit.kind == LimitKindWord::AtRest);
+    let mut text = String::new();
+    if let Some(explained) = answer.explained {
+        text += &format!("The answer explains {} per cent of the observed movement\n", percent(explained));
     }
-    let width = answer.active_limits.iter().map(|l| l.name.len()).max().unwrap_or(0);
-    let mut text = "What holds the answer back (how fast the objective falls when it gives way)\n".to_owned();
-    for limit in answer.active_limits.iter().take(SHOWN_LIMITS) {
-        let per = if limit.unit == "1" { "per unit" } else { &limit.unit };
-        text += &format!("{:width$}  {:10.3} {per}\n", limit.name, limit.multiplier);
+    if !caps.is_empty() {
+        text += "What holds the answer back, and what giving way would gain at first\n";
+        text += &limit_rows(&caps);
     }
-    let more = answer.active_limits.len().saturating_sub(SHOWN_LIMITS);
+    if !at_rest.is_empty() {
+        text += "Muscles at rest that would have to push, which no muscle does\n";
+        text += &limit_rows(&at_rest);
+    }
+    text
+}
+
+fn limit_rows(limits: &[&LimitJson]) -> String {
+    let width = limits.iter().map(|l| l.name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for limit in limits.iter().take(SHOWN_LIMITS) {
+        // A unit of activation is the whole of it: a tenth is a step that means something.
+        text += &match (limit.gain_mm, limit.unit.as_str()) {
+            (Some(gain), "1") => format!("{:width$}  {:8.3} mm per 10 %\n", limit.name, 0.1 * gain),
+            (Some(gain), "1/mm") => format!("{:width$}  {gain:8.3} mm per mm\n", limit.name),
+            (_, unit) => {
+                let per = if unit == "1" { "per unit" } else { unit };
+                format!("{:width$}  {:8.3} {per} of the objective\n", limit.name, limit.multiplier)
+            }
+        };
+    }
+    let more = limits.len().saturating_sub(SHOWN_LIMITS);
     if more > 0 {
         text += &format!("and {}, in solution.json\n", counted(more, "weaker one"));
     }

@@ -33,6 +33,13 @@ pub struct Projection {
     pub distance_mm: f64,
 }
 
+impl Projection {
+    /// The same point with `p` on the other side.
+    fn turned(self) -> Self {
+        Self { normal: -self.normal, distance_mm: -self.distance_mm, ..self }
+    }
+}
+
 /// The union of the solids that the pieces of a closed, outward-oriented surface enclose.
 #[derive(Clone, Debug)]
 pub struct Solid {
@@ -53,8 +60,8 @@ impl Solid {
     ///
     /// `d(p) = min over pieces of s |p - c|`, with `s` the side of the angle-weighted pseudo-normal.
     /// Exact outside; inside overlapping pieces its size is a lower bound of the depth. Where that side
-    /// contradicts the number of times that the surfaces wind round `p`, the closest sheet lies inside the solid
-    /// (real surfaces cross themselves): then the closest sheet with nothing outside it decides.
+    /// contradicts the number of times that the surfaces wind round `p`, real surfaces cross themselves there: then
+    /// the closest sheet with nothing outside it is the surface, and the winding says on which side of it `p` lies.
     pub fn project(&self, p: Vec3) -> Option<Projection> {
         let nearest = |piece: &Nearest| blend(p, &piece.hits(p, f64::MAX, |_| true));
         let found = self.closest(nearest, |d| d)?;
@@ -62,8 +69,11 @@ impl Solid {
         if inside == (found.distance_mm < 0.) || found.distance_mm.abs() <= TOUCHING_MM {
             return Some(found);
         }
-        let exposed =
-            |piece: &Nearest| blend(p, &piece.hits(p, f64::MAX, |triangle| self.is_exposed(piece, triangle)));
+        let exposed = |piece: &Nearest| {
+            let hits = piece.hits(p, f64::MAX, |triangle| self.is_exposed(piece, triangle));
+            blend(p, &hits)
+                .map(|found| if (found.distance_mm < 0.) == inside { found } else { found.turned() })
+        };
         self.closest(exposed, f64::abs).or(Some(found))
     }
 

@@ -18,6 +18,7 @@ mod skin_normal;
 pub mod standard;
 mod support;
 mod surgical_plan;
+mod symmetry;
 mod teeth;
 mod tissue;
 
@@ -37,6 +38,7 @@ pub use skin_normal::SkinNormal;
 pub use standard::standard;
 pub use support::Support;
 pub use surgical_plan::{About, Cut, CutBy, Motion, Move, PlanError, PreparedPlan, SurgicalPlan};
+pub use symmetry::{PairSymmetry, Symmetry};
 pub use teeth::Teeth;
 pub use tissue::{MuscleLaw, MuscleTissue, Tissue};
 

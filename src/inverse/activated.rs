@@ -2,9 +2,10 @@
 
 use nalgebra::DVector;
 
+use super::piece::Piece;
 use super::pivot::Found;
 use super::problem::{ContactMode, InverseError, Problem};
-use super::program::Linearisation;
+use super::program::{Linearisation, Residuals};
 use super::report;
 use super::solution::{Solution, Status};
 use super::term::{State, objective};
@@ -43,6 +44,8 @@ pub(super) struct Iterate {
     pub(super) tangent: Problem,
     /// The terms linearised at the state.
     pub(super) terms: Linearisation,
+    /// The residuals over the unknowns, the contacts that press held closed.
+    pub(super) residuals: Residuals,
 }
 
 impl<'a> ActivatedProblem<'a> {
@@ -183,7 +186,14 @@ impl<'a> ActivatedProblem<'a> {
         let tangent = Problem::new(self.target, self.observations, &tangent)?;
         let objective = objective(tangent.terms(), &state);
         let terms = tangent.linearise(&state);
-        Ok(Iterate { state, forces: equilibrium.contact_forces, objective, tangent, terms })
+        let forces = equilibrium.contact_forces;
+        let residuals = match &tangent.contact {
+            Some(contact) if self.mode == ContactMode::Reactions => {
+                terms.residuals(&Piece::new(&tangent.space, contact, self::touching(&forces)).space)
+            }
+            _ => terms.residuals(&tangent.space),
+        };
+        Ok(Iterate { state, forces, objective, tangent, terms, residuals })
     }
 }
 

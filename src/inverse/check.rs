@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::error::TargetError;
 use super::spelling::nearest;
-use super::target::{FeatureGoal, Goal, JawOpening, Target};
+use super::target::{FeatureGoal, Goal, JawOpening, Loss, Target};
 use crate::face::Jaw;
 
 impl Target {
@@ -25,12 +25,19 @@ impl Target {
         if !(0.0..=Self::MOST_EFFORT).contains(&self.effort) {
             return Err(TargetError::Effort { field: "effort".into(), value: self.effort });
         }
+        if let Loss::Huber(sigmas) = self.loss
+            && !(Self::HUBER_SIGMAS[0]..=Self::HUBER_SIGMAS[1]).contains(&sigmas)
+        {
+            return Err(TargetError::Huber { field: "loss_sigmas".into(), value: sigmas });
+        }
+        self.check_priors(muscles)?;
         self.check_bounds(muscles)?;
         self.check_jaw_opening()?;
         self.check_ties(muscles)?;
         if self.markers.is_empty()
             && self.features.is_empty()
             && self.symmetry.is_empty()
+            && self.priors.is_empty()
             && self.effort == 0.0
         {
             return Err(TargetError::NothingAsked { field: "markers".into() });
@@ -70,6 +77,22 @@ impl Target {
             }
             if feature.from == feature.to {
                 return Err(TargetError::SamePoint { field });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_priors(&self, muscles: &[String]) -> Result<(), TargetError> {
+        unique("priors", self.priors.iter().map(|p| p.muscle.as_str()))?;
+        for (k, prior) in self.priors.iter().enumerate() {
+            muscle_index(muscles, &prior.muscle, || format!("priors[{k}].muscle"))?;
+            if !(0.0..=1.0).contains(&prior.activation) {
+                let field = format!("priors[{k}].activation");
+                return Err(TargetError::BoundOutside { field, value: prior.activation });
+            }
+            if !(Self::SIGMA[0]..=Self::SIGMA[1]).contains(&prior.sigma) {
+                let field = format!("priors[{k}].sigma");
+                return Err(TargetError::PriorSigma { field, value: prior.sigma });
             }
         }
         Ok(())

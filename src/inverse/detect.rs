@@ -8,7 +8,7 @@ use super::limit::Limit;
 use super::piece::{Outcome, Piece};
 use super::problem::{MarkerAim, Problem};
 use super::program::Linearisation;
-use super::solution::{ActiveLimit, MarkerFit};
+use super::solution::{ActiveLimit, LimitKind, MarkerFit};
 use super::tangent_program::FreeUnknowns;
 use super::target::Goal;
 use super::term::Term;
@@ -19,6 +19,10 @@ use super::warning::Warning;
 const NEGLIGIBLE: f64 = 1e-9;
 /// Residuals beyond this many standard deviations ask for an explanation.
 const FAR: f64 = 3.0;
+/// Residual of an outlier, as a multiple of the median one,
+const OUTLYING: f64 = 4.0;
+/// among at least so many markers.
+const FEWEST: usize = 5;
 /// How much better the swapped sides must fit.
 const SWAPPED_SHARE: f64 = 0.5;
 /// Limits named for an unreachable marker, at most.
@@ -44,12 +48,12 @@ fn immovable(problem: &Problem) -> Vec<Warning> {
     let moves = |point: usize| problem.space.observed.rows(3 * point, 3).norm();
     let observed = problem.markers.iter().filter(|marker| marker.target_mm.iter().any(Option::is_some));
     let farthest = observed.clone().map(|marker| moves(marker.point)).fold(0.0, f64::max);
-    let is_still = |point: usize| farthest > 0.0 && moves(point) <= NEGLIGIBLE * farthest;
+    let is_still = |point: usize| moves(point) <= NEGLIGIBLE * farthest;
     let still = observed.filter(|marker| is_still(marker.point));
     still.map(|marker| Warning::Immovable { marker: marker.name.clone() }).collect()
 }
 
-/// Muscles without influence on any residual, and pairs with the same.
+/// Muscles without influence on any residual, and groups with the same.
 fn influence(problem: &Problem) -> Vec<Warning> {
     let rest = problem.rest();
     let data = problem.terms.iter().map(AsRef::as_ref).filter(|term| !is_effort(*term, problem));
@@ -61,22 +65,24 @@ fn influence(problem: &Problem) -> Vec<Warning> {
     let norms: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();
     let strongest = norms.iter().copied().fold(0.0, f64::max);
     let is_weak = |k: usize| norms[k] <= NEGLIGIBLE * strongest;
-    let mut warnings = Vec::new();
-    for k in 0..norms.len() {
-        if is_weak(k) {
-            warnings.push(Warning::NoInfluence { muscle: problem.name_of(k).to_owned() });
-            continue;
-        }
-        for j in (0..k).filter(|&j| !is_weak(j)) {
+    let weak = (0..norms.len()).filter(|&k| is_weak(k));
+    let mut warnings: Vec<Warning> =
+        weak.map(|k| Warning::NoInfluence { muscle: problem.name_of(k).to_owned() }).collect();
+    // Each group by its first member, whose column the others repeat.
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for k in (0..norms.len()).filter(|&k| !is_weak(k)) {
+        let alike = |j: usize| {
             let difference = matrix.column(k) / norms[k] - matrix.column(j) / norms[j];
-            if difference.norm() <= NEGLIGIBLE && is_free(problem, j, k) {
-                warnings.push(Warning::Indistinguishable {
-                    muscle: problem.name_of(j).to_owned(),
-                    other: problem.name_of(k).to_owned(),
-                });
-            }
+            difference.norm() <= NEGLIGIBLE && is_free(problem, j, k)
+        };
+        match groups.iter_mut().find(|group| alike(group[0])) {
+            Some(group) => group.push(k),
+            None => groups.push(vec![k]),
         }
     }
+    let names = |group: Vec<usize>| group.iter().map(|&k| problem.name_of(k).to_owned()).collect();
+    let alike = groups.into_iter().filter(|group| group.len() > 1);
+    warnings.extend(alike.map(|group| Warning::Indistinguishable { muscles: names(group) }));
     warnings
 }
 
@@ -182,7 +188,29 @@ fn fit(problem: &Problem, targets: &[[Option<f64>; 3]]) -> Option<(f64, f64)> {
     Some(((squares_mm / seen as f64).sqrt(), (squares / rows.len() as f64).sqrt()))
 }
 
-/// The farthest marker, if it is far and limits stop it.
+/// Markers that stay far where most are near.
+pub(super) fn outliers(problem: &Problem, fits: &[MarkerFit]) -> Vec<Warning> {
+    let off: Vec<(f64, f64, &str)> = problem
+        .markers
+        .iter()
+        .zip(fits)
+        .filter_map(|(marker, fit)| {
+            Some((fit.residual_mm? / marker.sigma_mm, fit.residual_mm?, fit.name.as_str()))
+        })
+        .collect();
+    if off.len() < FEWEST {
+        return Vec::new();
+    }
+    let mut sorted: Vec<f64> = off.iter().map(|(sigmas, ..)| *sigmas).collect();
+    sorted.sort_by(f64::total_cmp);
+    let beyond = (OUTLYING * sorted[off.len() / 2]).max(FAR);
+    off.into_iter()
+        .filter(|(sigmas, ..)| *sigmas > beyond)
+        .map(|(sigmas, residual_mm, name)| Warning::Outlier { marker: name.to_owned(), residual_mm, sigmas })
+        .collect()
+}
+
+/// The farthest marker, if it is far, and the limits that stop it and that a user can change.
 pub(super) fn unreachable(problem: &Problem, fits: &[MarkerFit], limits: &[ActiveLimit]) -> Option<Warning> {
     let far = |(marker, fit): (&MarkerAim, &MarkerFit)| {
         let residual = fit.residual_mm?;
@@ -190,6 +218,8 @@ pub(super) fn unreachable(problem: &Problem, fits: &[MarkerFit], limits: &[Activ
     };
     let (_, residual_mm, marker) =
         problem.markers.iter().zip(fits).filter_map(far).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let limits: Vec<String> = limits.iter().take(NAMED).map(|limit| limit.name.clone()).collect();
-    (!limits.is_empty()).then_some(Warning::Unreachable { marker, residual_mm, limits })
+    // Nobody can let a muscle push, or move a tooth for a target.
+    let changeable = limits.iter().filter(|l| matches!(l.kind, LimitKind::Cap | LimitKind::Tie));
+    let limits = changeable.take(NAMED).map(|limit| limit.name.clone()).collect();
+    Some(Warning::Unreachable { marker, residual_mm, limits })
 }

@@ -62,8 +62,26 @@ pub enum TargetError {
         /// The value.
         value: f64,
     },
-    /// A bound outside [0, 1].
-    #[error("{field}: {value} is no activation; bounds lie within 0 and 1")]
+    /// A loss that turns nowhere.
+    #[error("{field}: Huber's loss turns at 0.1 to 100 standard deviations, not {value}; 3 is usual")]
+    Huber {
+        /// Path of the field.
+        field: String,
+        /// The value.
+        value: f64,
+    },
+    /// A standard deviation of an activation that is none.
+    #[error(
+        "{field}: the standard deviation of an activation must be from 0.0001 to 10000, not {value}; 0.1 is ten per cent of full activation"
+    )]
+    PriorSigma {
+        /// Path of the field.
+        field: String,
+        /// The value.
+        value: f64,
+    },
+    /// An activation outside [0, 1].
+    #[error("{field}: {value} is no activation; activations lie within 0 and 1")]
     BoundOutside {
         /// Path of the field.
         field: String,
@@ -186,6 +204,8 @@ impl TargetError {
             | Self::NotFinite { field, .. }
             | Self::Sigma { field, .. }
             | Self::Effort { field, .. }
+            | Self::Huber { field, .. }
+            | Self::PriorSigma { field, .. }
             | Self::BoundOutside { field, .. }
             | Self::BoundsCross { field, .. }
             | Self::JawOpening { field, .. }

@@ -43,12 +43,16 @@ pub use problem::{ContactMode, InverseError, Problem};
 pub use program::{Linearisation, Program, Residuals, Space, build};
 pub use sequential::{ActivatedSolution, SequentialQp, SequentialState, SequentialStep};
 pub use solution::{
-    Activations, ActiveLimit, ContactReport, FeatureFit, MarkerFit, Residual, Solution, Status,
+    Activations, ActiveLimit, ContactReport, FeatureFit, LimitKind, MarkerFit, Residual, Solution, Status,
 };
-pub use tangent_program::{ContactSlacks, FreeUnknowns, Part, TangentProgram};
+pub use tangent_program::{FreeUnknowns, Part, TangentProgram};
 pub use target::{
-    Axis, Bound, Expected, Feature, FeatureGoal, Goal, JawOpening, Marker, MirroredPair, Place, Target,
+    Axis, Bound, Expected, Feature, FeatureGoal, Goal, JawOpening, Loss, Marker, MirroredPair, Place, Prior,
+    Target,
 };
 pub use term::{Row, State, Term, objective};
-pub use terms::{Component, Distance, Effort, MarkerDisplacement, MarkerPosition, MirroredPoints};
+pub use terms::{
+    ActivationPrior, Component, Distance, Effort, HuberMarker, MarkerDisplacement, MarkerPosition,
+    MirroredPoints,
+};
 pub use warning::Warning;

@@ -7,7 +7,6 @@ use nalgebra::{DMatrix, DVector};
 
 use super::limit::{Constraint, Constraints, Limit, LimitName};
 use super::program::{Linearisation, Space, build};
-use super::tangent_program::ContactSlacks;
 use super::term::State;
 use crate::forward::{ContactResponse, Touching};
 use crate::qp::{self, Answer, Infeasible, Point, ProblemError};
@@ -173,18 +172,6 @@ impl Piece {
             }
             (None, None) => Slack { coefficients: coefficients(&|_| 0.0), offset: 0.0 },
         }
-    }
-
-    /// The slacks of all contacts over the activations.
-    pub(super) fn all_slacks(&self) -> ContactSlacks {
-        let (c, n) = (self.place.len(), self.force_map.ncols());
-        let (mut slope, mut offset) = (DMatrix::zeros(c, n), DVector::zeros(c));
-        for i in 0..c {
-            let slack = self.slack(i);
-            slope.row_mut(i).copy_from(&slack.coefficients.transpose());
-            offset[i] = slack.offset;
-        }
-        ContactSlacks { slope, offset }
     }
 
     /// All slacks (c) at the activations `a` (m).

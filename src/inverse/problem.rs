@@ -12,9 +12,12 @@ use super::limits::{ActivationBounds, ContactReactions, KinematicContact, TiedPa
 use super::observations::Observations;
 use super::program::{Linearisation, Program, Space, build};
 use super::tangent_program::Part;
-use super::target::{FeatureGoal, Goal, JawOpening, Target};
+use super::target::{FeatureGoal, Goal, JawOpening, Loss, Target};
 use super::term::{State, Term};
-use super::terms::{Component, Distance, Effort, MarkerDisplacement, MarkerPosition, MirroredPoints};
+use super::terms::{
+    ActivationPrior, Component, Distance, Effort, HuberMarker, MarkerDisplacement, MarkerPosition,
+    MirroredPoints,
+};
 use crate::face::JawRange;
 use crate::forward::finite::FiniteError;
 use crate::forward::{ContactError, ContactResponse, ForwardError, Response};
@@ -135,6 +138,11 @@ impl Problem {
         for (k, (pair, &[left, right])) in target.symmetry.iter().zip(&observations.symmetry).enumerate() {
             problem.add(Part::Symmetry(k), MirroredPoints { left, right, sigma_mm: pair.sigma_mm });
         }
+        for (k, prior) in target.priors.iter().enumerate() {
+            let muscle = muscle_index(&problem.muscles, &prior.muscle, || format!("priors[{k}].muscle"))?;
+            problem
+                .add(Part::Prior(k), ActivationPrior { muscle, value: prior.activation, sigma: prior.sigma });
+        }
         if target.effort > 0.0 {
             problem.add(Part::Effort, Effort { muscles: response.muscles.len(), weight: target.effort });
         }
@@ -159,18 +167,19 @@ impl Problem {
                 super::Place::Landmark(name) => name.clone(),
                 super::Place::Point(_) => marker.name.clone(),
             };
-            let target_mm = match marker.goal {
-                Goal::Displacement(target_mm) => {
-                    self.add(Part::Marker(k), MarkerDisplacement { point, target_mm, sigma_mm });
-                    target_mm
-                }
+            let displacement = match marker.goal {
+                Goal::Displacement(target_mm) => MarkerDisplacement { point, target_mm, sigma_mm },
                 Goal::Position(target_mm) => {
-                    let term = MarkerPosition { point, rest_mm, target_mm, sigma_mm };
-                    let target_mm = term.displacement().target_mm;
-                    self.add(Part::Marker(k), term);
-                    target_mm
+                    MarkerPosition { point, rest_mm, target_mm, sigma_mm }.displacement()
                 }
             };
+            let target_mm = displacement.target_mm;
+            match target.loss {
+                Loss::Squares => self.add(Part::Marker(k), displacement),
+                Loss::Huber(sigmas) => {
+                    self.add(Part::Marker(k), HuberMarker { marker: displacement, sigmas })
+                }
+            }
             let (name, goal) = (marker.name.clone(), marker.goal);
             self.markers.push(MarkerAim { name, point, target_mm, goal, rest_mm, sigma_mm, place });
         }

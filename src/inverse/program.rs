@@ -67,6 +67,11 @@ impl Linearisation {
         Self { rows, state: state.clone() }
     }
 
+    /// These terms and `rows`, taken about the same state.
+    pub(super) fn with(&self, rows: Vec<Row>) -> Self {
+        Self { rows: self.rows.iter().cloned().chain(rows).collect(), state: self.state.clone() }
+    }
+
     /// The residuals over the unknowns of `space`.
     pub fn residuals(&self, space: &Space) -> Residuals {
         let n = space.n_unknowns();

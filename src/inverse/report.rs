@@ -10,7 +10,7 @@ use super::limit::LimitName;
 use super::pivot::Found;
 use super::problem::{ContactMode, Problem};
 use super::solution::{
-    Activations, ActiveLimit, ContactReport, FeatureFit, MarkerFit, Residual, Solution, Status,
+    Activations, ActiveLimit, ContactReport, FeatureFit, LimitKind, MarkerFit, Residual, Solution, Status,
 };
 use super::tangent_program::TangentProgram;
 use super::target::JawOpening;
@@ -44,6 +44,7 @@ pub(super) fn empty(problem: &Problem, status: Status) -> Solution {
         observed_mm: problem.space.offset.clone(),
         objective: 0.0,
         residual: Residual::default(),
+        explained: None,
         markers,
         features: Vec::new(),
         active_limits: Vec::new(),
@@ -85,7 +86,8 @@ pub(super) fn solution(
         rms_mm: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len().max(1) as f64).sqrt(),
         max_mm: residuals.iter().copied().fold(0.0, f64::max),
     };
-    let active_limits = active_limits(problem, mode, found, point);
+    let gain = (residual.rms_mm > 0. && value > 0.).then(|| residual.rms_mm / (2. * value));
+    let active_limits = active_limits(problem, mode, found, point, gain);
     let mut contact = contact.map(|c| contact_report(c, &state, &forces)).unwrap_or_default();
     if let Some(bound) = bound {
         contact.relaxation_gap = (value - bound.lower).max(0.0);
@@ -95,6 +97,7 @@ pub(super) fn solution(
     let mut warnings = detect::before(problem);
     let is_open = warnings.iter().any(|w| matches!(w, Warning::Underdetermined { .. }));
     let status = if is_open && status == Status::Solved { Status::Underdetermined } else { status };
+    warnings.extend(detect::outliers(problem, &markers));
     warnings.extend(detect::unreachable(problem, &markers, &active_limits));
     let (names, m) = (problem.muscles.clone(), problem.n_muscles());
     let values = state.activation.iter().take(m).copied().collect();
@@ -111,6 +114,7 @@ pub(super) fn solution(
         observed_mm: state.observed,
         objective: value,
         residual,
+        explained: MarkerFit::explained(&markers),
         markers,
         active_limits,
         contact,
@@ -158,9 +162,18 @@ fn contact_report(contact: &ContactResponse, state: &State, forces: &DVector<f64
     }
 }
 
-fn active_limits(problem: &Problem, mode: ContactMode, found: &Found, point: &Point) -> Vec<ActiveLimit> {
+/// The limits with multipliers; `gain` turns an objective into mm of the markers.
+fn active_limits(
+    problem: &Problem,
+    mode: ContactMode,
+    found: &Found,
+    point: &Point,
+    gain: Option<f64>,
+) -> Vec<ActiveLimit> {
     let m = problem.n_unknowns();
-    let mut named: Vec<(LimitName, f64)> = Vec::new();
+    let ties = problem.tied.pairs.iter().zip(point.equality.iter());
+    let mut named: Vec<(LimitName, f64)> =
+        ties.map(|(&[i, j], y)| (LimitName::Tied(i, j), y.abs())).collect();
     for k in 0..m {
         named.push((LimitName::Least(k), point.lower[k]));
         named.push((LimitName::Greatest(k), point.upper[k]));
@@ -183,18 +196,21 @@ fn active_limits(problem: &Problem, mode: ContactMode, found: &Found, point: &Po
     named
         .into_iter()
         .map(|(name, multiplier)| {
-            let width_mm = match (name, problem.jaw_range()) {
-                (LimitName::Least(k) | LimitName::Greatest(k), Some(range)) if k == problem.n_muscles() => {
-                    Some(range.width_mm())
-                }
-                _ => None,
+            let is_jaw =
+                matches!(name, LimitName::Least(k) | LimitName::Greatest(k) if k == problem.n_muscles());
+            let kind = match name {
+                LimitName::Least(k) if !is_jaw && problem.bounds.min[k] == 0. => LimitKind::AtRest,
+                LimitName::Least(_) | LimitName::Greatest(_) => LimitKind::Cap,
+                LimitName::Tied(..) => LimitKind::Tie,
+                LimitName::Touching(_) | LimitName::Gap(_) | LimitName::Force(_) => LimitKind::Contact,
             };
             let (name, unit) = describe(problem, name);
-            match width_mm {
+            let (multiplier, unit) = match problem.jaw_range() {
                 // The unknown is a share of the range.
-                Some(width) => ActiveLimit { name, multiplier: multiplier / width, unit: "1/mm" },
-                None => ActiveLimit { name, multiplier, unit },
-            }
+                Some(range) if is_jaw => (multiplier / range.width_mm(), "1/mm"),
+                _ => (multiplier, unit),
+            };
+            ActiveLimit { kind, name, multiplier, unit, gain_mm: gain.map(|gain| gain * multiplier) }
         })
         .collect()
 }

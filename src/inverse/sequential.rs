@@ -10,6 +10,7 @@ use super::activated::{ActivatedProblem, Iterate};
 use super::limits::TrustRegion;
 use super::pivot::{Failure, Found};
 use super::problem::InverseError;
+use super::residual_curvature::ResidualCurvature;
 use super::solution::{Solution, Status};
 
 /// The state that `argmin` carries from step to step: the activations and the objective.
@@ -52,6 +53,8 @@ pub struct SequentialQp {
     roughly: f64,
     radius: f64,
     at: Option<Iterate>,
+    /// What the tangents leave out, as far as it is known.
+    curvature: ResidualCurvature,
     history: Vec<SequentialStep>,
     start_mm: DVector<f64>,
     end: Option<End>,
@@ -75,6 +78,7 @@ impl Default for SequentialQp {
             roughly: 0.,
             radius: 1.,
             at: None,
+            curvature: ResidualCurvature::none(0),
             history: Vec::new(),
             start_mm: DVector::zeros(0),
             end: None,
@@ -112,6 +116,7 @@ impl Solver<ActivatedProblem<'_>, SequentialState> for SequentialQp {
         }
         let objective = at.objective;
         self.start_mm.clone_from(&at.state.observed);
+        self.curvature = ResidualCurvature::none(within.len());
         self.at = Some(at);
         Ok((state.param(within).cost(objective), None))
     }
@@ -124,10 +129,11 @@ impl Solver<ActivatedProblem<'_>, SequentialState> for SequentialQp {
         let Some(at) = self.at.take() else { return Ok((state, None)) };
         let mode = problem.problem("mode_count", |p| Ok(p.mode()))?;
         let trust = TrustRegion { centre: at.state.activation.clone(), radius: self.radius };
-        let mut reached = at.tangent.minimise(mode, &at.terms, Some(at.touching()), Some(&trust))?;
+        let terms = at.terms.with(self.curvature.convex_rows());
+        let mut reached = at.tangent.minimise(mode, &terms, Some(at.touching()), Some(&trust))?;
         if reached.is_err() {
             // No point of the region keeps the contacts as they are: look from other contact states.
-            reached = at.tangent.minimise(mode, &at.terms, None, Some(&trust))?;
+            reached = at.tangent.minimise(mode, &terms, None, Some(&trust))?;
         }
         let found = match reached {
             Ok(found) => found,
@@ -156,6 +162,11 @@ impl Solver<ActivatedProblem<'_>, SequentialState> for SequentialQp {
             return Ok((state, None));
         }
         let next = problem.problem("cost_count", |p| Ok(p.iterate(proposed, &at.touching())?))?;
+        if at.touching() == next.touching() {
+            // Where contacts open or close the gradient turns for another reason.
+            let [before, after] = [&at, &next].map(|at| (&at.state.activation, &at.residuals));
+            self.curvature.learn(before, after);
+        }
         let predicted = at.objective - found.optimum.objective;
         let actual = at.objective - next.objective;
         let noise = ROUNDING * at.objective;

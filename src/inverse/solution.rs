@@ -64,15 +64,49 @@ pub struct MarkerFit {
     pub residual_mm: Option<f64>,
 }
 
+impl MarkerFit {
+    /// Sums of squares, mm^2, over the observed components: of the residual, and of the movement asked for.
+    fn squares(&self) -> [f64; 2] {
+        let seen = self.target_mm.iter().zip(self.model_mm.iter());
+        seen.filter_map(|(target, model)| target.map(|t| [(model - t).powi(2), t * t]))
+            .fold([0.; 2], |[r, d], [rr, dd]| [r + rr, d + dd])
+    }
+
+    /// Share of the movement of all `markers` that is explained.
+    pub fn explained<'a>(markers: impl IntoIterator<Item = &'a Self>) -> Option<f64> {
+        let sums = markers.into_iter().map(Self::squares);
+        let [residual, movement] = sums.fold([0.; 2], |[r, d], [rr, dd]| [r + rr, d + dd]);
+        (movement > 0.).then(|| 1. - residual / movement)
+    }
+}
+
+/// What kind of limit holds an answer back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LimitKind {
+    /// A muscle at its greatest activation, or at a least one above rest; the jaw at an end of its range.
+    Cap,
+    /// A muscle at rest that would have to push, which none does.
+    AtRest,
+    /// Two muscles that act together.
+    Tie,
+    /// Teeth or lips.
+    Contact,
+}
+
 /// A limit that holds the answer back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActiveLimit {
+    /// Its kind.
+    pub kind: LimitKind,
     /// What it is: `zygomaticus_major_l <= 1`.
     pub name: String,
     /// How fast the objective would fall if the limit were relaxed, not negative.
     pub multiplier: f64,
     /// Unit of the multiplier: objective per unit of the limit, `1`, `1/mm` or `1/N`.
     pub unit: &'static str,
+    /// By how much the root mean square of the marker residuals falls at first when the limit gives way by one unit, mm,
+    /// if all markers gain alike; `None` without markers.
+    pub gain_mm: Option<f64>,
 }
 
 /// Contact at the solution.
@@ -153,6 +187,9 @@ pub struct Solution {
     pub objective: f64,
     /// Residuals of the markers.
     pub residual: Residual,
+    /// Share of the observed movement that the answer explains, `1 - sum r^2 / sum d^2` over the observed components of the
+    /// markers; `None` where nothing was seen to move.
+    pub explained: Option<f64>,
     /// Markers, in the target's order.
     pub markers: Vec<MarkerFit>,
     /// Features, in the target's order.

@@ -26,8 +26,8 @@ pub enum Part {
     Feature(usize),
     /// The mirrored pair of this index.
     Symmetry(usize),
-    /// Activations that were observed or are thought likely.
-    Prior,
+    /// The activation of this index that was observed or is thought likely.
+    Prior(usize),
     /// The effort: a preference, no observation.
     Effort,
 }
@@ -79,16 +79,6 @@ pub struct FreeUnknowns {
     pub offset: DVector<f64>,
     /// Least and greatest values of `y` (k each).
     pub bounds: ActivationBounds,
-}
-
-/// Gaps that must stay open and forces that must stay pushes, as they follow the unknowns with the contacts of the
-/// answer: `slope x + offset >= 0`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ContactSlacks {
-    /// (c x n), mm for a gap, N for a force.
-    pub slope: DMatrix<f64>,
-    /// (c).
-    pub offset: DVector<f64>,
 }
 
 impl TangentProgram {
@@ -184,18 +174,6 @@ impl TangentProgram {
     /// Derivatives of the residuals by the observed displacements (rows x d), 1/mm.
     pub fn by_observed(&self) -> DMatrix<f64> {
         self.terms.by_observed(self.space.offset.len())
-    }
-
-    /// What the contacts forbid.
-    pub fn slacks(&self) -> ContactSlacks {
-        let n = self.n_unknowns();
-        match (&self.contact, self.mode) {
-            (Some(contact), ContactMode::Kinematic) => {
-                ContactSlacks { slope: contact.approach.clone(), offset: contact.gap.clone() }
-            }
-            (Some(_), ContactMode::Reactions) => self.piece().all_slacks(),
-            _ => ContactSlacks { slope: DMatrix::zeros(0, n), offset: DVector::zeros(0) },
-        }
     }
 
     /// The unknowns that are free.

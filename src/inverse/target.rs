@@ -113,6 +113,28 @@ pub struct Bound {
     pub max: f64,
 }
 
+/// An activation that was observed, as by electromyography, or is thought likely.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prior {
+    /// Muscle name.
+    pub muscle: String,
+    /// Its activation, within [0, 1].
+    pub activation: f64,
+    /// Standard deviation, positive, in units of activation.
+    pub sigma: f64,
+}
+
+/// How residuals of markers count.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Loss {
+    /// By their squares.
+    #[default]
+    Squares,
+    /// By their squares up to so many standard deviations of a marker, in proportion beyond: a marker with the wrong label
+    /// cannot turn the others (Huber 1964).
+    Huber(f64),
+}
+
 /// How far the jaw is open: the arc of the lower incisal point about the condylar axis, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum JawOpening {
@@ -126,6 +148,10 @@ impl Target {
     /// Standard deviations that are accepted, mm: from a tenth of a micrometre, which nobody measures on skin, to what
     /// observes nothing. Weights beyond leave the range of numbers.
     pub const SIGMA_MM: [f64; 2] = [1e-4, 1e4];
+    /// Standard deviations of an activation that are accepted.
+    pub const SIGMA: [f64; 2] = [1e-4, 1e4];
+    /// Standard deviations of a marker at which Huber's loss may turn.
+    pub const HUBER_SIGMAS: [f64; 2] = [0.1, 100.];
     /// Greatest weight of the effort.
     pub const MOST_EFFORT: f64 = 1e9;
 }
@@ -163,6 +189,10 @@ pub struct Target {
     pub symmetry: Vec<MirroredPair>,
     /// Weight `w` of the effort `w/2 sum a^2`, dimensionless, not negative.
     pub effort: f64,
+    /// How residuals of markers count.
+    pub loss: Loss,
+    /// Activations that were observed.
+    pub priors: Vec<Prior>,
     /// Bounds other than [0, 1].
     pub bounds: Vec<Bound>,
     /// How far the jaw is open; at rest when absent.

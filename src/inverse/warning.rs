@@ -25,12 +25,10 @@ pub enum Warning {
         /// Muscle.
         muscle: String,
     },
-    /// Two muscles that move the observed points in the same way.
+    /// Muscles that move the observed points in the same way.
     Indistinguishable {
-        /// One muscle.
-        muscle: String,
-        /// The other.
-        other: String,
+        /// The muscles, two or more.
+        muscles: Vec<String>,
     },
     /// A marker that no activation moves, such as one on bone.
     Immovable {
@@ -44,13 +42,22 @@ pub enum Warning {
         /// Muscles, and the opening of the jaw, that are neither fixed nor tied to another.
         muscles: usize,
     },
-    /// The limits keep a marker more than three standard deviations away.
+    /// A marker far from where all others want it.
+    Outlier {
+        /// The marker.
+        marker: String,
+        /// Its residual, mm.
+        residual_mm: f64,
+        /// Its residual in its standard deviations.
+        sigmas: f64,
+    },
+    /// A marker stays more than three standard deviations away.
     Unreachable {
         /// The farthest marker.
         marker: String,
         /// Its residual, mm.
         residual_mm: f64,
-        /// The limits that stop it, the strongest first.
+        /// The limits that stop it and that a user can change, the strongest first.
         limits: Vec<String>,
     },
     /// The contacts did not settle on the surfaces of the deformed face.
@@ -100,7 +107,17 @@ impl Warning {
             Self::Path { .. } => {
                 "the state depends on how the muscles came to act: read the answer as one of several, or ask for less"
             }
-            Self::Unreachable { .. } => "widen the limits, raise max_force_n, or check the target's scale",
+            Self::Outlier { .. } => {
+                "check its label, its side and its unit; leave it out, or write loss = \"huber\" so that it cannot turn the others"
+            }
+            Self::Unreachable { limits, .. } if limits.is_empty() => {
+                "no limit of yours stops it: muscles only pull, and none of these pulls it there; check the marker, its scale \
+                 and its side"
+            }
+            Self::Unreachable { .. } => {
+                "loosen a bound or a tie of the target, give a muscle at 1 more max_force_n where that is known, or check the \
+                 target's scale"
+            }
         }
     }
 }
@@ -118,8 +135,8 @@ impl fmt::Display for Warning {
             }
             Self::ExactZero { marker } => write!(f, "marker {marker} is exactly (0, 0, 0)"),
             Self::NoInfluence { muscle } => write!(f, "{muscle} moves no observed point"),
-            Self::Indistinguishable { muscle, other } => {
-                write!(f, "{muscle} and {other} move the observed points alike")
+            Self::Indistinguishable { muscles } => {
+                write!(f, "{} move the observed points alike", muscles.join(" and "))
             }
             Self::Immovable { marker } => write!(f, "no activation moves marker {marker}"),
             Self::Underdetermined { components, muscles } => {
@@ -139,8 +156,16 @@ impl fmt::Display for Warning {
                 f,
                 "loaded from rest the face comes to another place under these activations, {apart_mm:.3} mm off"
             ),
+            Self::Outlier { marker, residual_mm, sigmas } => write!(
+                f,
+                "marker {marker} looks like an outlier: {residual_mm:.3} mm off, {sigmas:.0} standard deviations, where the others are near"
+            ),
             Self::Unreachable { marker, residual_mm, limits } => {
-                write!(f, "marker {marker} stays {residual_mm:.3} mm away, held by {}", limits.join(", "))
+                write!(f, "marker {marker} stays {residual_mm:.3} mm away")?;
+                match limits.is_empty() {
+                    true => Ok(()),
+                    false => write!(f, ", held by {}", limits.join(", ")),
+                }
             }
         }
     }

@@ -7,7 +7,8 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use super::{
-    ContactJson, MarkerJson, MeshFileError, TargetJson, WriteError, input, settle_folder, sha256, text, vtk,
+    CertaintyJson, ContactJson, MarkerJson, MeshFileError, TargetJson, WriteError, input, settle_folder,
+    sha256, vtk,
 };
 
 /// What others need of an answer: the face that it moves, by how much, and by which muscles.
@@ -39,6 +40,8 @@ pub struct AnswerFiles {
     pub displacement: Vec<f64>,
     /// The file that holds the displacement.
     pub vtu: PathBuf,
+    /// What the data determine of it; `None` where nothing was fitted.
+    pub certainty: Option<CertaintyJson>,
     /// The face that was written with the answer, as surgery does.
     pub operated: Option<PathBuf>,
 }
@@ -100,6 +103,7 @@ struct Head {
     contact: Option<ContactJson>,
     #[serde(default)]
     inputs: BTreeMap<String, String>,
+    certainty: Option<CertaintyJson>,
     files: BTreeMap<String, String>,
 }
 
@@ -117,20 +121,22 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
     let json = read(&path, input::TEXT_BYTES)?;
     let head: Head = serde_json::from_slice(&json)
         .map_err(|reason| AnswerFileError::Json { path: path.clone(), reason })?;
+    let vtu = dir.join("face.vtu");
+    let mut displacement = None;
     for (name, sha) in &head.files {
         let file = dir.join(name);
-        if sha256(&read(&file, input::MESH_BYTES)?) != *sha {
+        let bytes = read(&file, input::MESH_BYTES)?;
+        if sha256(&bytes) != *sha {
             return Err(AnswerFileError::Foreign(file));
         }
+        if file == vtu {
+            displacement = Some(vtk::point_vectors(&vtu, &bytes, "displacement")?);
+        }
     }
-    let vtu = dir.join("face.vtu");
-    if !head.files.contains_key("face.vtu") {
-        return Err(AnswerFileError::NoDisplacement(path));
-    }
-    let displacement = vtk::point_vectors(&vtu, &text::read_bytes(&vtu)?, "displacement")?;
+    let displacement = displacement.ok_or(AnswerFileError::NoDisplacement(path))?;
     let operated = head.files.contains_key("face.toml").then(|| dir.join("face.toml"));
     let Head { face, target, strain, stiffness, strength, contact_mode, .. } = head;
-    let Head { activations, jaw_opening_mm, markers, contact, inputs, .. } = head;
+    let Head { activations, jaw_opening_mm, markers, contact, certainty, inputs, .. } = head;
     Ok(AnswerFiles {
         face,
         target,
@@ -145,6 +151,7 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
         jaw_opening_mm,
         displacement,
         vtu,
+        certainty,
         operated,
     })
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::atomic::{or_here, remove, rename, sync_folder, write_atomically, write_new};
 use super::sha256::sha256;
-use super::{WriteError, WriteErrorKind};
+use super::{WriteError, WriteErrorKind, input};
 
 /// The list of what is being replaced; from the moment it is there the new files count.
 const JOURNAL: &str = ".modiolus-commit.json";
@@ -123,7 +123,7 @@ pub fn settle_folder(folder: &Path) -> Result<(), WriteError> {
 
 fn settle(folder: &Path) -> Result<(), WriteError> {
     let at = folder.join(JOURNAL);
-    let list = match fs::read(&at) {
+    let list = match input::read(&at, input::TEXT_BYTES) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
         read => read.map_err(|e| WriteError::new(&at, e))?,
     };
@@ -232,6 +232,9 @@ mod tests {
         fs::write(at.join(JOURNAL), r#"{"replace": [], "remove": ["../a"]}"#).expect("written");
         let error = settle_folder(at).expect_err("it reaches out");
         assert!(error.to_string().contains("`../a` is no name"), "{error}");
+        File::create(at.join(JOURNAL)).and_then(|list| list.set_len(1 << 40)).expect("a hole");
+        let error = settle_folder(at).expect_err("it is no list");
+        assert!(error.to_string().contains("are read"), "{error}");
     }
 
     /// The child of the test below; by itself it does nothing.

@@ -2,6 +2,7 @@
 
 mod answer;
 mod atomic;
+mod certainty_json;
 mod comparison_json;
 mod csv;
 mod escaped;
@@ -38,6 +39,7 @@ mod standing;
 mod stl;
 mod suite_json;
 mod surface_file;
+mod symmetry_json;
 mod target_files;
 mod target_toml;
 mod tetgen;
@@ -47,6 +49,9 @@ mod write_error;
 
 pub use answer::{AnswerFileError, AnswerFiles, read_answer};
 pub use atomic::write_atomically;
+pub use certainty_json::{
+    CertaintyJson, CorrelationJson, DiscrepancyJson, IntervalJson, SideJson, UnknownJson,
+};
 pub use comparison_json::{
     ComparedActivationJson, ComparedContactJson, ComparedLandmarkJson, ComparedMarkerJson,
     ComparedResultJson, ComparisonJson, SidesJson, comparison_schema,
@@ -70,12 +75,13 @@ pub use plan_toml::{PlanDocument, PlanFileError, parse_plan, plan_schema, read_p
 pub use program_file::ProgramFile;
 pub use sha256::sha256;
 pub use solution_json::{
-    CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, MarkerJson, RelaxationEndWord,
-    ResidualJson, SolutionJson, StatusWord, TargetJson, solution_schema,
+    CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, LimitKindWord, MarkerJson,
+    RelaxationEndWord, ResidualJson, SolutionJson, StatusWord, TargetJson, solution_schema,
 };
 pub use standing::Standing;
 pub use suite_json::{SuiteJson, SuiteTargetJson, VerdictWord, suite_schema};
 pub use surface_file::{parse_surface, read_surface};
+pub use symmetry_json::{MiddleJson, PairJson, PublishedJson, SymmetryJson, given_side, symmetry_schema};
 pub use target_files::{SuiteError, read_targets};
 pub use target_toml::{
     FieldLines, TargetDocument, TargetFileError, TargetWarning, parse_target, read_target, target_schema,

@@ -81,6 +81,11 @@ impl<'a> NumberedMesh<'a> {
         self.node_of.contains_key(&id)
     }
 
+    /// Where node `id` lies, in the file's unit.
+    pub(super) fn point(&self, id: u64) -> Option<Vec3> {
+        self.node_of.get(&id).map(|&node| self.points[node])
+    }
+
     pub(super) fn n_nodes(&self) -> usize {
         self.points.len()
     }

@@ -44,7 +44,7 @@ impl<'a> ProgramFile<'a> {
             Part::Marker(k) => format!("marker {}", target.markers[*k].name),
             Part::Feature(k) => format!("feature {}", target.features[*k].name),
             Part::Symmetry(k) => format!("symmetry {k}"),
-            Part::Prior => "prior".to_owned(),
+            Part::Prior(k) => format!("prior of {}", target.priors[*k].muscle),
             Part::Effort => "effort".to_owned(),
         };
         let parts = tangent.parts().iter().map(|(p, _)| part(p)).collect();

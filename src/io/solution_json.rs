@@ -6,8 +6,9 @@ use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 
+use super::certainty_json::CertaintyJson;
 use super::nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
-use crate::inverse::{ActiveLimit, ContactReport, FeatureFit, MarkerFit, RelaxationEnd, Status};
+use crate::inverse::{ActiveLimit, ContactReport, FeatureFit, LimitKind, MarkerFit, RelaxationEnd, Status};
 use crate::qp::Certificate;
 
 /// An answer as `solution.json` states it. Lengths mm, forces N, times s; byte-identical from run to
@@ -33,6 +34,8 @@ pub struct SolutionJson {
     pub jaw_opening_mm: Option<f64>,
     /// Size of the marker residuals, mm; null when there is no observed marker.
     pub residual_mm: ResidualJson,
+    /// Share of the observed movement of the markers that the answer explains; null where nothing was seen to move.
+    pub explained: Option<f64>,
     /// How each marker was met.
     pub markers: Vec<MarkerJson>,
     /// How each feature was met.
@@ -43,6 +46,8 @@ pub struct SolutionJson {
     pub contact: Option<ContactJson>,
     /// Residuals of the program, recomputed from it; null when there is no point to compute them at.
     pub certificate: Option<CertificateJson>,
+    /// What the data determine of the activations; null where nothing was fitted.
+    pub certainty: Option<CertaintyJson>,
     /// What the target file states for this face; null when it states nothing, or when stiffness or contact
     /// are not the defaults that it holds for.
     pub expected: Option<ExpectedJson>,
@@ -158,6 +163,8 @@ pub struct MarkerJson {
     pub model_mm: [f64; 3],
     /// Length of the difference over the observed components, mm; null when there is none.
     pub residual_mm: Option<f64>,
+    /// Share of its observed movement that the answer explains; null where it was not seen to move.
+    pub explained: Option<f64>,
 }
 
 impl From<&MarkerFit> for MarkerJson {
@@ -167,6 +174,7 @@ impl From<&MarkerFit> for MarkerJson {
             target_mm: fit.target_mm,
             model_mm: fit.model_mm.into(),
             residual_mm: fit.residual_mm,
+            explained: MarkerFit::explained([fit]),
         }
     }
 }
@@ -196,17 +204,53 @@ impl From<&FeatureFit> for FeatureJson {
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct LimitJson {
+    /// What kind of limit it is.
+    pub kind: LimitKindWord,
     /// What it is, `risorius_l <= 1`.
     pub name: String,
     /// How fast the objective falls when the limit is relaxed, not negative.
     pub multiplier: f64,
     /// Unit of the multiplier: objective per unit of the limit.
     pub unit: String,
+    /// By how much the root mean square of the marker residuals falls at first when the limit gives way by one unit, mm; null
+    /// without markers.
+    pub gain_mm: Option<f64>,
+}
+
+/// What kind of limit holds an answer back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LimitKindWord {
+    /// A muscle or the jaw at the end of its range.
+    Cap,
+    /// A muscle at rest that would have to push, which none does.
+    AtRest,
+    /// Two muscles that act together.
+    Tie,
+    /// Teeth or lips.
+    Contact,
+}
+
+impl From<LimitKind> for LimitKindWord {
+    fn from(kind: LimitKind) -> Self {
+        match kind {
+            LimitKind::Cap => Self::Cap,
+            LimitKind::AtRest => Self::AtRest,
+            LimitKind::Tie => Self::Tie,
+            LimitKind::Contact => Self::Contact,
+        }
+    }
 }
 
 impl From<&ActiveLimit> for LimitJson {
     fn from(limit: &ActiveLimit) -> Self {
-        Self { name: limit.name.clone(), multiplier: limit.multiplier, unit: limit.unit.to_owned() }
+        Self {
+            kind: limit.kind.into(),
+            name: limit.name.clone(),
+            multiplier: limit.multiplier,
+            unit: limit.unit.to_owned(),
+            gain_mm: limit.gain_mm,
+        }
     }
 }
 

@@ -63,7 +63,9 @@ pub(super) fn parse(file: &Path, bytes: &[u8]) -> Result<MeshDocument> {
         let id = element_rows.id(row, 0, "element")?;
         let mut nodes =
             (0..kind.n_nodes()).map(|k| element_rows.id(row, 1 + k, "node")).collect::<Result<Vec<u64>>>()?;
-        in_our_order(kind, &mut nodes);
+        if kind == CellKind::Tet10 {
+            in_our_order(&mesh, &mut nodes);
+        }
         mesh.element(id, kind, "", &nodes, place)?;
         if regions > 0 && row.words.len() > 1 + kind.n_nodes() {
             let word = element_rows.word(row, 1 + kind.n_nodes(), "region")?;
@@ -98,12 +100,23 @@ pub(super) fn parse(file: &Path, bytes: &[u8]) -> Result<MeshDocument> {
     Ok(document)
 }
 
-/// TetGen's nodes between corners lie on the edges 2-3, 0-3, 0-1, 1-2, 1-3, 0-2.
-fn in_our_order(kind: CellKind, nodes: &mut [u64]) {
-    if kind == CellKind::Tet10 {
-        let between: Vec<u64> = [6, 7, 9, 5, 8, 4].iter().map(|k| nodes[*k]).collect();
-        nodes[4..].copy_from_slice(&between);
+/// Puts the nodes between corners in our order, by where they lie: TetGen 1.5 and later have them on the edges 2-3, 0-3,
+/// 0-1, 1-2, 1-3, 0-2 (which stands where places do not tell), earlier versions on 0-1, 0-2, 1-2, 1-3, 0-3, 2-3.
+///
+/// Source: TetGen's `edge2ver`, `orgpivot`, `destpivot` and `outelements()`.
+fn in_our_order(mesh: &NumberedMesh<'_>, nodes: &mut [u64]) {
+    let (corners, between) = nodes.split_at(4);
+    let of_version_5 = [2, 3, 5, 1, 4, 0].map(|k| between[k]);
+    let nearest = |&[a, b]: &[usize; 2]| {
+        let middle = (mesh.point(corners[a])? + mesh.point(corners[b])?) / 2.;
+        let off = |id: &u64| mesh.point(*id).map_or(f64::INFINITY, |p| (p - middle).norm());
+        between.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b)))
+    };
+    let mut found: Vec<u64> = CellKind::Tet10.edges().iter().filter_map(nearest).collect();
+    if (0..6).any(|k| found.get(k).is_none_or(|id| found[..k].contains(id))) {
+        found = of_version_5.to_vec();
     }
+    nodes[4..].copy_from_slice(&found);
 }
 
 /// Members by label.

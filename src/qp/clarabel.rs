@@ -6,7 +6,7 @@ use clarabel::solver::{
 };
 use nalgebra::DVector;
 
-use super::extreme::{BallSection, Multipliers};
+use super::extreme::EllipsoidInBox;
 use super::{Point, Problem};
 
 /// How the solver is asked; the later ones are for programs on which the earlier ones stall.
@@ -176,21 +176,19 @@ pub(super) fn solve(problem: &Problem, effort: Effort) -> Outcome {
     }
 }
 
-/// The point of `set` with the least `f'x`, and its multipliers.
-pub(super) fn least(set: &BallSection, f: &DVector<f64>) -> Option<(DVector<f64>, Multipliers)> {
-    let ((k, n), g) = (set.ball.shape(), set.inequality.nrows());
-    // Rows: G x <= h, x <= hi, -x <= -lo; then (1, c - B x) in the cone.
+/// The point of `set` with the least `f'x`, and the multipliers (k) of its ball.
+pub(super) fn least(set: &EllipsoidInBox, f: &DVector<f64>) -> Option<(DVector<f64>, DVector<f64>)> {
+    let (k, n) = set.ball.shape();
+    // Rows: x <= hi, -x <= -lo; then (1, c - B x) in the cone.
     let columns: Vec<Vec<(usize, f64)>> = (0..n)
         .map(|j| {
-            let rows = (0..g).map(|i| (i, set.inequality[(i, j)]));
-            let bounds = [(g + j, 1.), (g + n + j, -1.)];
-            rows.chain(bounds).chain((0..k).map(|i| (g + 2 * n + 1 + i, set.ball[(i, j)]))).collect()
+            let ball = (0..k).map(|i| (2 * n + 1 + i, set.ball[(i, j)]));
+            [(j, 1.), (n + j, -1.)].into_iter().chain(ball).collect()
         })
         .collect();
-    let limits = set.inequality_limit.iter().chain(set.upper.iter()).copied();
-    let lower = set.lower.iter().map(|lo| -lo);
-    let value: Vec<f64> = limits.chain(lower).chain([1.]).chain(set.centre.iter().copied()).collect();
-    let cones = [NonnegativeConeT(g + 2 * n), SecondOrderConeT(k + 1)];
+    let bounds = set.upper.iter().copied().chain(set.lower.iter().map(|lo| -lo));
+    let value: Vec<f64> = bounds.chain([1.]).chain(set.centre.iter().copied()).collect();
+    let cones = [NonnegativeConeT(2 * n), SecondOrderConeT(k + 1)];
     for effort in Effort::ALL {
         let settings = DefaultSettings { tol_gap_abs: 1e-9, tol_gap_rel: 1e-9, ..effort.settings() };
         let (hessian, matrix) = (csc(n, &vec![Vec::new(); n]), csc(value.len(), &columns));
@@ -202,10 +200,8 @@ pub(super) fn least(set: &BallSection, f: &DVector<f64>) -> Option<(DVector<f64>
         let solution = &solver.solution;
         match solution.status {
             SolverStatus::Solved | SolverStatus::AlmostSolved => {
-                let z = &solution.z;
-                let ball = DVector::from_iterator(k, z[g + 2 * n + 1..].iter().map(|v| -v));
-                let rows = DVector::from_iterator(g, z[..g].iter().map(|v| v.max(0.)));
-                return Some((DVector::from_column_slice(&solution.x), Multipliers { ball, rows }));
+                let ball = solution.z[2 * n + 1..].iter().map(|v| -v);
+                return Some((DVector::from_column_slice(&solution.x), DVector::from_iterator(k, ball)));
             }
             SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => return None,
             _ => {}

@@ -16,7 +16,7 @@ mod solution;
 mod unbounded;
 
 pub use certificate::{Certificate, TOLERANCE};
-pub use extreme::{BallSection, Extreme};
+pub use extreme::{EllipsoidInBox, Extreme};
 pub use infeasible::Infeasible;
 pub use point::Point;
 pub use problem::{Data, Problem, ProblemError};

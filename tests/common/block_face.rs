@@ -67,6 +67,46 @@ pub fn block_face(cells: [usize; 3]) -> Face {
     }
 }
 
+/// A block 20 x 20 x 10 mm of `cells` cells of `kind`, fixed at its back, with the points `corner_l` and `corner_r` 5 mm off the
+/// middle of its front and a pair of muscles below them.
+pub fn pulled_block(kind: CellKind, cells: [usize; 3]) -> Face {
+    let mut face = block_face([2, 2, 2]);
+    face.mesh = grid(kind, cells, |p| Vec3::new(20. * p.x - 10., 20. * p.y - 10., 10. * p.z - 10.));
+    let nodes =
+        |z: f64| (0..face.mesh.n_nodes()).filter(|&k| face.mesh.points[k].z == z).collect::<Vec<usize>>();
+    let (back, skin) = (nodes(-10.), nodes(0.));
+    face.landmarks = [("corner_l", 5.), ("corner_r", -5.)]
+        .map(|(name, x)| {
+            let at = Vec3::new(x, 0., 0.);
+            let node = skin.iter().copied().find(|&k| (face.mesh.points[k] - at).norm() < 1e-9).unwrap();
+            Landmark { name: name.into(), site: Site::node(node, at) }
+        })
+        .to_vec();
+    face.supports[0].nodes = back;
+    face.skin = skin;
+    face.muscles = pair("zygomaticus", 3., 2., [[8., 6., -8.], [6., 2., -4.], [3., -4., -1.]]);
+    face
+}
+
+/// A muscle of 0.2 N along `bends` on the left and its mirror image.
+pub fn pair(name: &str, radius_mm: f64, insertion_mm: f64, bends: [[f64; 3]; 3]) -> Vec<Muscle> {
+    let bends = bends.map(Vec3::from);
+    let part = |k: usize| (0..10).map(move |i| bends[k].lerp(&bends[k + 1], f64::from(i) / 10.));
+    let left: Vec<Vec3> = part(0).chain(part(1)).chain([bends[2]]).collect();
+    let muscle = |side: &str, sign: f64| Muscle {
+        name: format!("{name}_{side}"),
+        max_force_n: 0.2,
+        radius_mm,
+        area_mm2: None,
+        insertion_mm,
+        fibres: vec![Fibre {
+            points: left.iter().map(|p| Vec3::new(sign * p.x, p.y, p.z)).collect(),
+            closed: false,
+        }],
+    };
+    vec![muscle("l", 1.), muscle("r", -1.)]
+}
+
 /// Contact candidates of the front of `face` against planes `gap` mm ahead.
 pub fn front_pairs(face: &Face, gap_mm: f64) -> Vec<Pair> {
     let front = face.skin.iter().step_by(3);

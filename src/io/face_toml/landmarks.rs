@@ -97,6 +97,10 @@ impl Reader<'_> {
         let mut landmarks: Vec<Landmark> = Vec::with_capacity(named.len());
         let mut names = HashSet::with_capacity(named.len());
         for Named { at, name, point: p, site } in named {
+            if name.trim().is_empty() {
+                let (value, accepted) = (name, "a name, by which targets call the point".to_owned());
+                return Err(FaceFileError::new(at, FaceFileErrorKind::Value { value, accepted }));
+            }
             if !names.insert(name.clone()) {
                 return Err(FaceFileError::new(at, FaceFileErrorKind::Duplicate { what: "landmark", name }));
             }

@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use super::error::{TargetFileError, TargetWarning};
 use super::file::{
-    AxisName, BoundTable, Component, FeatureTable, MarkerTable, OpeningTable, OpeningValue, PlaceValue,
-    SymmetryTable, TargetTable,
+    AxisName, BoundTable, Component, FeatureTable, LossName, MarkerTable, OpeningTable, OpeningValue,
+    PlaceValue, PriorTable, SymmetryTable, TargetTable,
 };
 use super::lines::FieldLines;
 use crate::face::{Jaw, JawRange};
 use crate::inverse::{
-    Axis, Bound, Expected, Feature, FeatureGoal, Goal, JawOpening, Marker, MirroredPair, Place, Target,
+    Axis, Bound, Expected, Feature, FeatureGoal, Goal, JawOpening, Loss, Marker, MirroredPair, Place, Prior,
+    Target,
 };
 use crate::io::Location;
 use crate::units::Vec3;
@@ -56,6 +57,8 @@ impl<'a> Checker<'a> {
             features,
             symmetry: self.each("symmetry", &table.symmetry, Self::symmetry)?,
             effort: self.effort(table.effort)?,
+            loss: self.loss(table.loss, table.loss_sigmas)?,
+            priors: self.priors(&table.priors)?,
             bounds: self.bounds(&table.bounds)?,
             jaw_opening: table.jaw_opening_mm.map(|value| self.jaw_opening(value)).transpose()?,
             tied: self.each("tied", &table.tied, Self::tied)?,
@@ -160,19 +163,47 @@ impl<'a> Checker<'a> {
         Ok(MirroredPair { left, right, sigma_mm })
     }
 
-    fn bounds(&mut self, tables: &[BoundTable]) -> Checked<Vec<Bound>> {
+    fn loss(&self, name: Option<LossName>, sigmas: Option<f64>) -> Checked<Loss> {
+        const USUAL: f64 = 3.;
+        let sigmas = sigmas.map(|value| self.positive("loss_sigmas", value)).transpose()?;
+        match (name, sigmas) {
+            (Some(LossName::Huber), sigmas) => Ok(Loss::Huber(sigmas.unwrap_or(USUAL))),
+            (_, None) => Ok(Loss::Squares),
+            (_, Some(_)) => {
+                let what = "\"huber\", whose turn loss_sigmas is".to_owned();
+                Err(TargetFileError::MissingField { at: self.at("loss"), what })
+            }
+        }
+    }
+
+    /// Refuses two entries of `list` for one muscle.
+    fn once_a_muscle<'t>(&self, list: &str, muscles: impl Iterator<Item = &'t String>) -> Checked<()> {
         let mut first: BTreeMap<&str, usize> = BTreeMap::new();
-        for (i, table) in tables.iter().enumerate() {
-            let field = format!("bounds[{i}].muscle");
-            self.named(&field, &table.muscle)?;
-            if let Some(before) = first.insert(&table.muscle, i) {
+        for (i, muscle) in muscles.enumerate() {
+            let field = format!("{list}[{i}].muscle");
+            self.named(&field, muscle)?;
+            if let Some(before) = first.insert(muscle, i) {
                 return Err(TargetFileError::Duplicate {
                     at: self.at(&field),
-                    value: table.muscle.clone(),
-                    first_line: self.first_line(&format!("bounds[{before}].muscle")),
+                    value: muscle.clone(),
+                    first_line: self.first_line(&format!("{list}[{before}].muscle")),
                 });
             }
         }
+        Ok(())
+    }
+
+    fn priors(&mut self, tables: &[PriorTable]) -> Checked<Vec<Prior>> {
+        self.once_a_muscle("priors", tables.iter().map(|table| &table.muscle))?;
+        self.each("priors", tables, |check, at, table| {
+            let activation = check.fraction(&format!("{at}.activation"), table.activation)?;
+            let sigma = check.positive(&format!("{at}.sigma"), table.sigma)?;
+            Ok(Prior { muscle: table.muscle.clone(), activation, sigma })
+        })
+    }
+
+    fn bounds(&mut self, tables: &[BoundTable]) -> Checked<Vec<Bound>> {
+        self.once_a_muscle("bounds", tables.iter().map(|table| &table.muscle))?;
         self.each("bounds", tables, |check, at, table| {
             let min = check.fraction(&format!("{at}.min"), table.min.unwrap_or(0.0))?;
             let max = check.fraction(&format!("{at}.max"), table.max.unwrap_or(1.0))?;

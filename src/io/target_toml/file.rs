@@ -36,6 +36,14 @@ pub(super) struct TargetTable {
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub(super) effort: f64,
+    /// How residuals of markers count: "squares", or "huber", which an outlier cannot turn; "squares" when absent.
+    pub(super) loss: Option<LossName>,
+    /// Standard deviations at which Huber's loss turns from squares to a line, 0.1 to 100; 3 when absent.
+    #[schemars(range(min = 0.1, max = 100.0))]
+    pub(super) loss_sigmas: Option<f64>,
+    /// Activations that were observed, as by electromyography, or are thought likely.
+    #[serde(default, alias = "prior")]
+    pub(super) priors: Vec<PriorTable>,
     /// Limits of activations other than 0 to 1.
     #[serde(default, alias = "bound")]
     pub(super) bounds: Vec<BoundTable>,
@@ -101,6 +109,20 @@ pub(super) struct SymmetryTable {
     /// Standard deviation of the difference, mm, more than 0.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) sigma_mm: f64,
+}
+
+/// An activation that was observed, of one muscle or of all that a pattern names.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PriorTable {
+    /// Muscle by name, or a pattern with one star such as "zygomaticus_*_l".
+    pub(super) muscle: String,
+    /// Its activation, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub(super) activation: f64,
+    /// Standard deviation in units of activation, more than 0.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) sigma: f64,
 }
 
 /// Limits of one activation, or of all that a pattern names.
@@ -195,6 +217,13 @@ impl fmt::Display for PlaceValue {
     }
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum LossName {
+    Squares,
+    Huber,
+}
+
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum AxisName {
@@ -204,8 +233,8 @@ pub(super) enum AxisName {
 }
 
 /// The lists that may also be written in the singular, `[[marker]]`.
-pub(super) const SINGULAR: [(&str, &str); 3] =
-    [("marker", "markers"), ("feature", "features"), ("bound", "bounds")];
+pub(super) const SINGULAR: [(&str, &str); 4] =
+    [("marker", "markers"), ("feature", "features"), ("prior", "priors"), ("bound", "bounds")];
 
 fn accept_singular_names(schema: &mut Schema) {
     let Some(properties) = schema.get_mut("properties").and_then(|p| p.as_object_mut()) else {

@@ -1,14 +1,13 @@
 //! Patterns of muscle names with one star: `*_r` is every muscle of the subject's right.
 
-use super::TargetDocument;
 use super::error::TargetFileError;
-use crate::inverse::Bound;
+use super::{FieldLines, TargetDocument};
 
 impl TargetDocument {
-    /// The same target with the patterns in its bounds and tied pairs replaced by the muscles that
+    /// The same target with the patterns in its bounds, priors and tied pairs replaced by the muscles that
     /// they name.
     ///
-    /// A bound by name wins over one by pattern, and a later pattern over an earlier one. In a tied
+    /// An entry by name wins over one by pattern, and a later pattern over an earlier one. In a tied
     /// pair both names carry a star, which stands for the same text: `["*_l", "*_r"]`.
     ///
     /// # Errors
@@ -16,34 +15,58 @@ impl TargetDocument {
     /// counterpart to tie.
     pub fn expand_patterns(&self, muscles: &[String]) -> Result<Self, TargetFileError> {
         let mut expanded = self.clone();
-        self.expand_bounds(muscles, &mut expanded)?;
+        expanded.target.bounds = self.expand(
+            muscles,
+            "bounds",
+            &self.target.bounds,
+            |bound| &mut bound.muscle,
+            &mut expanded.lines,
+        )?;
+        expanded.target.priors = self.expand(
+            muscles,
+            "priors",
+            &self.target.priors,
+            |prior| &mut prior.muscle,
+            &mut expanded.lines,
+        )?;
         self.expand_tied(muscles, &mut expanded)?;
         Ok(expanded)
     }
 
-    fn expand_bounds(&self, muscles: &[String], expanded: &mut Self) -> Result<(), TargetFileError> {
-        let mut chosen: Vec<(usize, Bound)> = Vec::new();
-        for (i, bound) in self.target.bounds.iter().enumerate().filter(|(_, b)| !b.muscle.contains('*')) {
-            chosen.push((i, bound.clone()));
+    /// The entries of `list`, those whose `muscle` is a pattern once for each muscle that it names.
+    fn expand<T: Clone>(
+        &self,
+        muscles: &[String],
+        list: &str,
+        entries: &[T],
+        muscle: impl Fn(&mut T) -> &mut String,
+        lines: &mut FieldLines,
+    ) -> Result<Vec<T>, TargetFileError> {
+        let name = |entry: &T| muscle(&mut entry.clone()).clone();
+        let of_pattern = |entry: &T| name(entry).contains('*');
+        let mut chosen: Vec<(usize, String, T)> = Vec::new();
+        for (i, entry) in entries.iter().enumerate().filter(|(_, entry)| !of_pattern(entry)) {
+            chosen.push((i, name(entry), entry.clone()));
         }
-        let by_name: Vec<String> = chosen.iter().map(|(_, b)| b.muscle.clone()).collect();
-        for (i, bound) in self.target.bounds.iter().enumerate().filter(|(_, b)| b.muscle.contains('*')) {
-            let field = format!("bounds[{i}].muscle");
-            let matched: Vec<&String> = muscles.iter().filter(|m| star(&bound.muscle, m).is_some()).collect();
+        let by_name: Vec<String> = chosen.iter().map(|(_, name, _)| name.clone()).collect();
+        for (i, entry) in entries.iter().enumerate().filter(|(_, entry)| of_pattern(entry)) {
+            let (field, pattern) = (format!("{list}[{i}].muscle"), name(entry));
+            let matched: Vec<&String> = muscles.iter().filter(|m| star(&pattern, m).is_some()).collect();
             if matched.is_empty() {
-                return Err(self.bad_pattern(&field, &bound.muscle, "matches no muscle", muscles));
+                return Err(self.bad_pattern(&field, &pattern, "matches no muscle", muscles));
             }
-            for muscle in matched.into_iter().filter(|m| !by_name.contains(m)) {
-                chosen.retain(|(_, b)| b.muscle != *muscle);
-                chosen.push((i, Bound { muscle: muscle.clone(), ..bound.clone() }));
+            for named in matched.into_iter().filter(|m| !by_name.contains(m)) {
+                chosen.retain(|(_, name, _)| name != named);
+                let mut entry = entry.clone();
+                muscle(&mut entry).clone_from(named);
+                chosen.push((i, named.clone(), entry));
             }
         }
-        expanded.lines.forget("bounds");
-        for (k, (i, _)) in chosen.iter().enumerate() {
-            expanded.lines.copy(&self.lines, &format!("bounds[{i}]"), &format!("bounds[{k}]"));
+        lines.forget(list);
+        for (k, (i, ..)) in chosen.iter().enumerate() {
+            lines.copy(&self.lines, &format!("{list}[{i}]"), &format!("{list}[{k}]"));
         }
-        expanded.target.bounds = chosen.into_iter().map(|(_, b)| b).collect();
-        Ok(())
+        Ok(chosen.into_iter().map(|(.., entry)| entry).collect())
     }
 
     fn expand_tied(&self, muscles: &[String], expanded: &mut Self) -> Result<(), TargetFileError> {

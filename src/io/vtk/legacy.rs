@@ -188,15 +188,54 @@ impl<'a> Reader<'a> {
         self.at = (self.at + n + 1).min(self.bytes.len());
     }
 
+    /// Goes past `n` strings: in text one a line, in binary each after its length, whose first two bits tell in how many
+    /// bytes it is.
+    fn skip_strings(&mut self, n: usize) -> Result<()> {
+        self.begin_binary();
+        for _ in 0..n {
+            let passed = if self.binary { self.string_bytes() } else { self.line().map(|_| 0) };
+            let Some(bytes) = passed else {
+                return self.fail(MeshFileErrorKind::Truncated { expected: format!("{n} strings") });
+            };
+            self.at += bytes;
+        }
+        Ok(())
+    }
+
+    /// How many bytes the next binary string and its length take; `None` where there are fewer.
+    fn string_bytes(&self) -> Option<usize> {
+        let of_length = [8, 4, 2, 1][usize::from(self.rest().first()? >> 6)];
+        let word =
+            self.rest().get(..of_length)?.iter().fold(0_u64, |word, byte| word << 8 | u64::from(*byte));
+        let length = word & (u64::MAX >> (66 - 8 * of_length));
+        let bytes = of_length.checked_add(usize::try_from(length).ok()?)?;
+        (bytes <= self.rest().len()).then_some(bytes)
+    }
+
+    /// `n` bits, in binary eight a byte, the highest first.
+    fn bits(&mut self, n: usize) -> Result<Values> {
+        if !self.binary {
+            return self.numbers(n, "char");
+        }
+        let bytes = self.numbers(n.div_ceil(8), "unsigned_char")?;
+        let bit = |k: usize| match &bytes {
+            Values::Int(bytes) => bytes[k / 8] >> (7 - k % 8) & 1,
+            Values::Float(_) => 0,
+        };
+        Ok(Values::Int((0..n).map(bit).collect()))
+    }
+
     /// `n` numbers of type `kind`.
     fn numbers(&mut self, n: usize, kind: &str) -> Result<Values> {
         let kind = kind.to_ascii_lowercase();
+        if kind == "bit" {
+            return self.bits(n);
+        }
         let bytes = match kind.as_str() {
             "char" | "unsigned_char" | "signed_char" | "vtktypeint8" | "vtktypeuint8" => 1,
             "short" | "unsigned_short" | "vtktypeint16" | "vtktypeuint16" => 2,
             "int" | "unsigned_int" | "float" | "vtktypeint32" | "vtktypeuint32" => 4,
             "long" | "unsigned_long" | "double" | "vtkidtype" | "vtktypeint64" | "vtktypeuint64" => 8,
-            // Bits are packed; none of what is asked for is stored as bits.
             _ => return self.syntax("a type (float, double, int, vtktypeint64, ...)", &kind),
         };
         let float = matches!(kind.as_str(), "float" | "double");
@@ -379,7 +418,12 @@ impl<'a> Reader<'a> {
     }
 
     fn array(&mut self, n: usize, components: usize, kind: &str) -> Result<Labels> {
-        let values = self.numbers(n.saturating_mul(components), kind)?;
+        let n = n.saturating_mul(components);
+        if ["string", "utf8_string"].iter().any(|name| kind.eq_ignore_ascii_case(name)) {
+            self.skip_strings(n)?;
+            return Ok(Labels::No("its values are strings".to_owned()));
+        }
+        let values = self.numbers(n, kind)?;
         Ok(if components == 1 {
             Labels::new(&values)
         } else {
