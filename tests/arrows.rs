@@ -22,7 +22,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
         ],
     ),
     ("render", &["forward", "face", "contact", "mesh", "units"]),
-    ("io", &["certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
+    ("io", &["study", "certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
     ("study", &["certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
     ("certainty", &["inverse", "face", "qp", "units"]),
     ("inverse", &["forward", "face", "contact", "mesh", "qp", "units"]),

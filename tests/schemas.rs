@@ -4,7 +4,10 @@
 
 use std::path::PathBuf;
 
-use modiolus::io::{face_schema, plan_schema, solution_schema, symmetry_schema, target_schema};
+use modiolus::io::{
+    comparison_schema, face_schema, plan_schema, solution_schema, suite_schema, symmetry_schema,
+    target_schema,
+};
 
 fn holds(file: &str, derived: &str) {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("schemas").join(file);
@@ -23,6 +26,16 @@ fn the_target_schema_is_published() {
 #[test]
 fn the_solution_schema_is_published() {
     holds("solution.schema.json", &solution_schema());
+}
+
+#[test]
+fn the_suite_schema_is_published() {
+    holds("suite.schema.json", &suite_schema());
+}
+
+#[test]
+fn the_comparison_schema_is_published() {
+    holds("comparison.schema.json", &comparison_schema());
 }
 
 #[test]

@@ -23,8 +23,10 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
-    /// Find the activations that come closest to a target.
+    /// Find the activations that come closest to a target, or to each of several.
     Fit(FitOptions),
+    /// Fit targets and hold each against the result that its file states for the face.
+    Verify(VerifyOptions),
     /// Tell which activations the data determine, and which they leave open.
     Identify(IdentifyOptions),
     /// Tell how far the two sides of a moved face are from mirror images, and which muscles make it so.
@@ -35,6 +37,10 @@ pub(crate) enum Verb {
     Forward(ForwardOptions),
     /// Write the activation map: what each muscle alone does to each point, without contact.
     Map(MapOptions),
+    /// Set two results against each other, such as before and after an operation.
+    Compare(CompareOptions),
+    /// Write the quadratic program of a result, with its answer and all multipliers, to be checked by others.
+    Export(ExportOptions),
     /// Draw a face, at rest, under given activations, or as an answer moves it.
     Render(RenderOptions),
     /// Draw the figures of the standard face: rest, smile, where muscle forces go, what each muscle does.
@@ -48,13 +54,22 @@ pub(crate) enum Verb {
     },
 }
 
+/// What `--face` takes.
+const FACE: &str = "The face: standard, standard_coarse, standard_fine, or a face.toml";
+
 #[derive(Debug, Args)]
 pub(crate) struct FitOptions {
-    #[arg(value_name = "TARGET.toml", help = "The target, such as targets/symmetric_smile.toml")]
-    pub(crate) target: PathBuf,
+    #[arg(
+        value_name = "TARGET.toml",
+        required = true,
+        help = "The target, such as targets/symmetric_smile.toml; several, or their folder, are fitted as many at once as \
+                there are cores, and give one summary"
+    )]
+    pub(crate) targets: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) common: CommonOptions,
-    /// Folder for solution.json and face.vtu [default: out/NAME, NAME being the target's].
+    /// Folder for solution.json and face.vtu; of several targets each gets its own, DIR/NAME [default: out/FACE/NAME, NAME
+    /// being the target's].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// How lips, cheeks and teeth touch: reactions are unknown forces, kinematic only forbids to
@@ -65,9 +80,80 @@ pub(crate) struct FitOptions {
     /// anatomist's muscles.
     #[arg(long, value_name = "none|mesh|anatomy", default_value = "anatomy", value_parser = parse_discrepancy)]
     pub(crate) discrepancy: Discrepancy,
-    /// Print solution.json instead of the table.
+    /// Print solution.json instead of the table; of several targets the summary as JSON.
     #[arg(long)]
     pub(crate) json: bool,
+    /// Write the summary as JUnit XML, too: a target that is not solved is a failure.
+    #[arg(long, value_name = "FILE.xml", value_parser = |text: &str| parse_out(text, "xml", "JUnit reports are XML"))]
+    pub(crate) junit: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct VerifyOptions {
+    #[arg(
+        value_name = "TARGET.toml|DIR",
+        required = true,
+        help = "Target files, or folders of them, such as targets"
+    )]
+    pub(crate) targets: Vec<PathBuf>,
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    #[arg(
+        help = "On the coarse standard face, in a third of the time: --face standard_coarse",
+        long,
+        conflicts_with = "face"
+    )]
+    pub(crate) fast: bool,
+    /// Write each answer to DIR/NAME, NAME being the target's.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print the summary as JSON instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Write the summary as JUnit XML, too: a target that is not as its file states is a failure.
+    #[arg(long, value_name = "FILE.xml", value_parser = |text: &str| parse_out(text, "xml", "JUnit reports are XML"))]
+    pub(crate) junit: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompareOptions {
+    #[arg(value_name = "A", help = "The first result: a folder that fit or forward wrote")]
+    pub(crate) first: PathBuf,
+    #[arg(value_name = "B", help = "The second")]
+    pub(crate) second: PathBuf,
+    /// Draw both side by side, the outline of A over B.
+    #[arg(long, value_name = "FILE.png", value_parser = |text: &str| parse_out(text, "png", "pictures are written as PNG"))]
+    pub(crate) out: Option<PathBuf>,
+    /// Where the faces are seen from.
+    #[arg(long, value_name = "front|profile|three-quarter", default_value = "front", value_parser = parse_view, requires = "out")]
+    pub(crate) view: View,
+    /// Print the comparison as JSON instead of the tables.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ExportOptions {
+    #[arg(value_name = "RESULT", help = "The folder of a result of fit, whose inputs are fitted again")]
+    pub(crate) result: PathBuf,
+    /// The format: npz has everything, for NumPy; qps (MPS with QUADOBJ) and qp (CPLEX LP) are read by solvers and have the
+    /// answer as comments.
+    #[arg(long, value_enum, value_name = "qp|qps|npz")]
+    pub(crate) to: ProgramFormat,
+    /// The file to write.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+}
+
+/// Form of a program in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProgramFormat {
+    /// The LP format of CPLEX, with a quadratic objective.
+    Qp,
+    /// MPS with a QUADOBJ section.
+    Qps,
+    /// Arrays of NumPy.
+    Npz,
 }
 
 /// What is done with a target that has to be fitted first.
@@ -88,12 +174,13 @@ impl FirstFit {
     pub(crate) fn of(&self, target: &Path) -> FitOptions {
         let Self { common, contact, discrepancy } = self;
         FitOptions {
-            target: target.to_owned(),
+            targets: vec![target.to_owned()],
             common: common.clone(),
             out: None,
             contact: *contact,
             discrepancy: *discrepancy,
             json: false,
+            junit: None,
         }
     }
 }
@@ -140,8 +227,7 @@ pub(crate) struct MarkersOptions {
     /// Standard deviation of each component of a marker, mm.
     #[arg(long, value_name = "MM", default_value = "0.5", value_parser = parse_sigma)]
     pub(crate) sigma_mm: f64,
-    /// The face: "standard", or a face.toml.
-    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
     /// How strong the muscles are, as a multiple of their `max_force_n`.
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = parse_strength)]
@@ -168,9 +254,9 @@ long, required_unless_present = "jaw_opening", value_name = "NAME=VALUE", value_
     /// How far the jaw is open: the arc of the lower incisal point about the condylar axis, mm.
     #[arg(long, value_name = "MM", value_parser = parse_opening)]
     pub(crate) jaw_opening: Option<f64>,
-    /// Folder for solution.json and face.vtu.
-    #[arg(long, value_name = "DIR", default_value = "out/forward")]
-    pub(crate) out: PathBuf,
+    /// Folder for solution.json and face.vtu [default: out/FACE/forward].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
     /// How lips, cheeks and teeth touch.
     #[arg(long, value_parser = parse_forward_contact, value_name = "reactions|off", default_value = "reactions")]
     pub(crate) contact: ContactMode,
@@ -181,8 +267,7 @@ long, required_unless_present = "jaw_opening", value_name = "NAME=VALUE", value_
 
 #[derive(Debug, Args)]
 pub(crate) struct MapOptions {
-    /// The face: "standard", or a face.toml.
-    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
     /// The activation at which every muscle's stiffness is held: only then is there a linear map.
     #[arg(long, value_name = "fixed=A", default_value = "fixed=0.5", value_parser = parse_fixed)]
@@ -257,8 +342,7 @@ pub(crate) struct FiguresOptions {
 pub(crate) struct SurgeryOptions {
     #[arg(value_name = "PLAN.toml", help = "The plan, such as examples/setback/plan.toml")]
     pub(crate) plan: PathBuf,
-    /// The face: "standard", or a face.toml.
-    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
     /// Folder for the new face (face.toml and its files), and for solution.json and face.vtu: how the old one
     /// moves.
@@ -271,8 +355,7 @@ pub(crate) struct SurgeryOptions {
 
 #[derive(Clone, Debug, Args)]
 pub(crate) struct CommonOptions {
-    /// The face: "standard", or a face.toml.
-    #[arg(long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
     /// How strain is measured: linear is right for small movements and the founding paper's, finite for any.
     #[arg(long, value_name = "linear|finite", default_value = "linear", value_parser = parse_strain)]
@@ -290,8 +373,7 @@ pub(crate) struct CommonOptions {
 pub(crate) enum FaceVerb {
     /// Say whether a face can be used, and what is odd about it.
     Check {
-        /// "standard", or a face.toml.
-        #[arg(value_parser = parse_face)]
+        #[arg(help = FACE, value_parser = parse_face)]
         face: FaceChoice,
     },
     /// Write a built-in face as a face.toml with its files.
@@ -311,8 +393,8 @@ pub(crate) enum FaceVerb {
 /// Which face to use.
 #[derive(Clone, Debug)]
 pub(crate) enum FaceChoice {
-    /// The built-in one.
-    Standard,
+    /// A built-in one.
+    Standard(Resolution),
     /// One described by a file.
     File(PathBuf),
 }
@@ -347,11 +429,33 @@ pub(crate) enum ContactMode {
     Off,
 }
 
+impl FaceChoice {
+    /// The face that `text` names: a built-in one, or a path.
+    pub(crate) fn named(text: &str) -> Self {
+        Resolution::of_face(text).map_or_else(|| Self::File(PathBuf::from(text)), Self::Standard)
+    }
+}
+
 fn parse_face(text: &str) -> Result<FaceChoice, String> {
     match text {
         "" => Err("give \"standard\" or the path of a face.toml".to_owned()),
-        "standard" => Ok(FaceChoice::Standard),
-        path => Ok(FaceChoice::File(PathBuf::from(path))),
+        text => Ok(FaceChoice::named(text)),
+    }
+}
+
+impl ContactMode {
+    /// The mode called `name`, or `None`.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        [Self::Reactions, Self::Kinematic, Self::Off].into_iter().find(|mode| mode.name() == name)
+    }
+
+    /// Its name at interfaces.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Reactions => "reactions",
+            Self::Kinematic => "kinematic",
+            Self::Off => "off",
+        }
     }
 }
 
@@ -386,7 +490,7 @@ fn parse_strength(text: &str) -> Result<f64, String> {
     }
 }
 
-fn parse_stiffness(text: &str) -> Result<Stiffness, String> {
+pub(crate) fn parse_stiffness(text: &str) -> Result<Stiffness, String> {
     match text {
         "activated" => Ok(Stiffness::Activated),
         _ => parse_fixed(text).map(Stiffness::Fixed).map_err(|e| format!("write activated, or {e}")),

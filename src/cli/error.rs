@@ -8,7 +8,7 @@ use modiolus::forward::{ForwardError, OperationError};
 use modiolus::inverse::{InverseError, TargetError};
 use modiolus::io::{
     AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError, MeshFileError, PlanFileError,
-    TargetFileError, WriteError,
+    Standing, SuiteError, TargetFileError, WriteError,
 };
 use modiolus::render::RenderError;
 use modiolus::study::StudyError;
@@ -33,6 +33,8 @@ pub(crate) enum CliError {
     Plan { at: Location, error: Box<PlanError> },
     #[error("{}: {error}", plan.display())]
     Operation { plan: PathBuf, error: Box<OperationError> },
+    #[error(transparent)]
+    Suite(#[from] SuiteError),
     #[error(transparent)]
     FaceFile(#[from] FaceFileError),
     #[error(transparent)]
@@ -61,6 +63,18 @@ pub(crate) enum CliError {
     FaceOfAnswer { dir: PathBuf, face: String, reason: Box<CliError> },
     #[error("{}: {error}; compute it again with this face", path.display())]
     AnswerOfOtherFace { path: PathBuf, error: RenderError },
+    #[error("{}: nothing was fitted there, so that there is no program; give a folder that fit wrote", .0.display())]
+    NothingFitted(PathBuf),
+    #[error("{}: was written by a version that did not say all its options; fit it again", .0.display())]
+    OlderResult(PathBuf),
+    #[error("{}: {input} is not what the result was computed from; fit it again, or put the file back", dir.display())]
+    ChangedInput { dir: PathBuf, input: String },
+    #[error("{}: fitted again, its inputs give other activations: it was written by another version; fit it again", .0.display())]
+    OtherAnswer(PathBuf),
+    #[error("the program cannot be put together: {0}")]
+    Program(std::io::Error),
+    #[error("{}: holds how the tissue follows moved bones, not what muscles do; compare results of fit or forward on the faces before and after", .0.display())]
+    ResultOfOperation(PathBuf),
     #[error("--activate: {} already holds activations; leave one of the two out", dir.display())]
     ActivatedAnswer { dir: PathBuf },
     #[error(
@@ -73,8 +87,10 @@ pub(crate) enum CliError {
     Write(#[from] WriteError),
     #[error("--out: {} would be replaced, but is read; give another place", .0.display())]
     OverInput(PathBuf),
-    #[error("there is no face {}; did you mean `standard`?", .0.display())]
-    MisspeltStandard(PathBuf),
+    #[error("{} holds {}; give another place with --out, or remove it", folder.display(), result_of(.standing))]
+    OtherResult { folder: PathBuf, standing: Standing },
+    #[error("there is no face {}; did you mean `{face}`?", path.display())]
+    MisspeltFace { path: PathBuf, face: &'static str },
     #[error("stdout cannot be written: {0}; send it to where there is room")]
     Stdout(std::io::Error),
     #[error("solution.json cannot be put together: {0}")]
@@ -103,6 +119,15 @@ impl CliError {
 /// File and line; the field stands in the error itself.
 fn place(at: &Location) -> String {
     Location { field: None, ..at.clone() }.to_string()
+}
+
+/// What stands where another result would be written.
+fn result_of(standing: &Standing) -> String {
+    match standing {
+        Standing::Result { face, inputs, .. } if inputs.is_empty() => format!("a result on {face}"),
+        Standing::Result { face, inputs, .. } => format!("the result of {} on {face}", inputs.join(" and ")),
+        _ => "a solution.json of something else".to_owned(),
+    }
 }
 
 fn list(errors: &[FaceError]) -> String {

@@ -1,16 +1,18 @@
 //! The files of an answer, and what stdout gets.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use modiolus::contact::PairKind;
 use modiolus::face::{ContactLoad, Face};
 use modiolus::forward::{Deformation, cell_muscles};
-use modiolus::io::{ContactJson, FileSet, SolutionJson, VtuData, vtu_text};
+use modiolus::io::{ContactJson, FileSet, SolutionJson, Standing, VtuData, vtu_text};
 use modiolus::study::Strain;
 use modiolus::units::{Vec3, counted};
 
 use super::error::CliError;
+use super::file_name;
 use super::load::LoadedFace;
 use super::progress::say;
 use super::table;
@@ -90,12 +92,26 @@ pub(crate) fn beyond(strain: Strain, d: &Deformation) -> Vec<String> {
 /// The files of an answer.
 pub(crate) const ANSWER: [&str; 2] = ["solution.json", "face.vtu"];
 
-/// Refuses to write to any of the `paths` that `loaded` was read from.
-pub(crate) fn keep_inputs(
+/// The folder for a result where none is given, `out/FACE/NAME`: no result of another face or `target` is overwritten there.
+pub(crate) fn default_out(
     loaded: &LoadedFace,
+    name: &str,
+    target: Option<&Path>,
+) -> Result<PathBuf, CliError> {
+    let folder = PathBuf::from("out").join(file_name(&loaded.face.name)).join(name);
+    let standing = Standing::of(&folder)?;
+    if standing.gives_way(&loaded.name, target) {
+        return Ok(folder);
+    }
+    Err(CliError::OtherResult { folder, standing })
+}
+
+/// Refuses to write to any of the `paths` that is one of the `inputs`, by name.
+pub(crate) fn keep_inputs(
+    inputs: &BTreeMap<String, String>,
     paths: impl IntoIterator<Item = PathBuf>,
 ) -> Result<(), CliError> {
-    let inputs: Vec<PathBuf> = loaded.inputs.keys().filter_map(|name| fs::canonicalize(name).ok()).collect();
+    let inputs: Vec<PathBuf> = inputs.keys().filter_map(|name| fs::canonicalize(name).ok()).collect();
     for path in paths {
         if fs::canonicalize(&path).is_ok_and(|path| inputs.contains(&path)) {
             return Err(CliError::OverInput(path));

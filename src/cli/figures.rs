@@ -1,7 +1,6 @@
 //! `modiolus figures`.
 
 use std::fs;
-use std::path::Path;
 
 use modiolus::certainty::Discrepancy;
 use modiolus::forward::operate;
@@ -16,6 +15,7 @@ use modiolus::study::Stiffness;
 use super::Outcome;
 use super::arguments::{ContactMode, FiguresOptions, FitOptions};
 use super::error::CliError;
+use super::file_name;
 use super::fit::fit_on;
 use super::load::{LoadedFace, load};
 use super::progress::Progress;
@@ -39,21 +39,22 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
     let poses: Vec<Vec<f64>> =
         stems.iter().map(|stem| pose(&|s| if s == stem { options.activation } else { 0.0 })).collect();
     let asked = FitOptions {
-        target: options.smile.clone(),
+        targets: vec![options.smile.clone()],
         common: options.common.clone(),
         out: None,
         contact: ContactMode::Reactions,
         discrepancy: Discrepancy::ANATOMY,
         json: false,
+        junit: None,
     };
     let target = read_target(&options.smile)?;
-    let smile = fit_on(loaded.clone(), &target, &asked, Progress::new())?;
+    let smile = fit_on(&loaded, &target, &options.smile, &asked, Progress::new())?;
     let plan = read_plan(&options.plan)?.plan;
     let operated = progress
         .step("operate", || operate(&plan, face))
         .map_err(|error| CliError::Operation { plan: options.plan.clone(), error: Box::new(error) })?;
     let after = LoadedFace { face: operated.face, ..loaded.clone() };
-    let smile_after = fit_on(after.clone(), &target, &asked, Progress::new())?;
+    let smile_after = fit_on(&after, &target, &options.smile, &asked, Progress::new())?;
     let stiffness = options.common.stiffness;
     let mechanics = options.common.mechanics(ContactMode::Reactions);
     let moved = displacements(&loaded, &poses, mechanics, &mut progress)?;
@@ -101,10 +102,4 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
     }
     write("actions.png", &progress.step("draw", || contact_sheet(&scene, &actions))?)?;
     Ok(Outcome { text: list, solved: true })
-}
-
-/// A muscle's name as a file name: face files may use any letters.
-fn file_name(muscle: &str) -> String {
-    let safe = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
-    Path::new(muscle).to_string_lossy().chars().map(safe).collect()
 }

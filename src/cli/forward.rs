@@ -12,14 +12,18 @@ use super::Outcome;
 use super::activation_list::resolve;
 use super::arguments::ForwardOptions;
 use super::error::CliError;
-use super::export::{ANSWER, Answer, beyond, export, keep_inputs, tell_load};
+use super::export::{ANSWER, Answer, beyond, default_out, export, keep_inputs, tell_load};
 use super::load::{LoadedFace, load, pose};
 use super::progress::Progress;
 
 pub(crate) fn run(options: &ForwardOptions) -> Result<Outcome, CliError> {
     let mut progress = Progress::new();
     let loaded = load(&options.common.face, &mut progress)?.with_strength(options.common.strength);
-    keep_inputs(&loaded, ANSWER.map(|name| options.out.join(name)))?;
+    let out = match &options.out {
+        Some(out) => out.clone(),
+        None => default_out(&loaded, "forward", None)?,
+    };
+    keep_inputs(&loaded.inputs, ANSWER.map(|name| out.join(name)))?;
     let face = &loaded.face;
     let muscles: Vec<String> = face.muscles.iter().map(|m| m.name.clone()).collect();
     let activation = resolve(&options.activate, &muscles)?;
@@ -53,7 +57,7 @@ pub(crate) fn run(options: &ForwardOptions) -> Result<Outcome, CliError> {
     let heading = format!("Activations on {}", loaded.called);
     let State { activation, displacement, .. } = state;
     let answer = Answer { heading, json, displacement: Some(displacement), activation, contact_load };
-    let text = export(answer, face, FileSet::new(&options.out), options.json)?;
+    let text = export(answer, face, FileSet::new(&out), options.json)?;
     Ok(Outcome { text, solved: true })
 }
 
@@ -103,9 +107,11 @@ pub(crate) fn forward_json(
     let muscles = face.muscles.iter().map(|m| m.name.clone());
     SolutionJson {
         status: StatusWord::Solved,
+        target: None,
         strain: mechanics.strain.name().to_owned(),
         stiffness: mechanics.stiffness.text(),
         strength,
+        contact_mode: if mechanics.contact { "reactions" } else { "off" }.to_owned(),
         activations: muscles.zip(state.activation.iter().copied()).collect::<BTreeMap<_, _>>(),
         jaw_opening_mm: state.jaw_opening_mm,
         residual_mm: ResidualJson { rms: None, max: None },

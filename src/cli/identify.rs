@@ -16,7 +16,7 @@ pub(crate) fn run(options: &IdentifyOptions) -> Result<Outcome, CliError> {
         let certainty = answer.certainty.ok_or_else(|| CliError::NoCertainty(what.clone()))?;
         (what.display().to_string(), certainty, true)
     } else {
-        let fitted = fit::fit(&options.fit.of(what))?;
+        let (fitted, _) = fit::fit(&options.fit.of(what), what)?;
         let heading = fitted.answer.heading.clone();
         let solved = fitted.solved;
         match fitted.answer.json.certainty {

@@ -14,7 +14,7 @@ use super::progress::Progress;
 #[derive(Clone)]
 pub(crate) struct LoadedFace {
     pub(crate) face: Face,
-    /// "standard", or its path as given.
+    /// The name of a built-in face, or the path as given.
     pub(crate) name: String,
     /// How messages call it: its path, or "the standard face".
     pub(crate) called: String,
@@ -25,22 +25,27 @@ pub(crate) struct LoadedFace {
 
 pub(crate) fn load(choice: &FaceChoice, progress: &mut Progress) -> Result<LoadedFace, CliError> {
     progress.step("read_face", || match choice {
-        FaceChoice::Standard => {
-            let face = standard(&Resolution::STANDARD);
-            let called = "the standard face".to_owned();
+        FaceChoice::Standard(resolution) => {
+            let face = standard(resolution);
+            let called = match *resolution {
+                Resolution::COARSE => "the coarse standard face",
+                Resolution::FINE => "the fine standard face",
+                _ => "the standard face",
+            };
+            let called = called.to_owned();
             let (errors, odd) = face.check();
             if !errors.is_empty() {
                 return Err(CliError::Face { face: called, errors });
             }
             let warnings = odd.iter().map(ToString::to_string).collect();
-            let name = "standard".to_owned();
+            let name = face.name.clone();
             Ok(LoadedFace { face, name, called, warnings, inputs: BTreeMap::new() })
         }
         FaceChoice::File(path) => {
             let FaceDocument { face, warnings, files } = read_face(path, None).map_err(|error| {
                 let is_missing = matches!(error.kind, FaceFileErrorKind::Unreadable(UnreadableText::Missing));
-                match path.to_str().and_then(|name| nearest(&name.to_lowercase(), ["standard"])) {
-                    Some(_) if is_missing => CliError::MisspeltStandard(path.clone()),
+                match path.to_str().and_then(|name| nearest(&name.to_lowercase(), Resolution::FACES)) {
+                    Some(face) if is_missing => CliError::MisspeltFace { path: path.clone(), face },
                     _ => error.into(),
                 }
             })?;
@@ -54,6 +59,13 @@ pub(crate) fn load(choice: &FaceChoice, progress: &mut Progress) -> Result<Loade
 }
 
 impl LoadedFace {
+    /// The name under which target files state results for this face; `None` for a file that takes the name of a
+    /// built-in face, whose results are not its own.
+    pub(crate) fn stated_as(&self) -> Option<&str> {
+        let own = &self.face.name;
+        (*own == self.name || Resolution::of_face(own).is_none()).then_some(own)
+    }
+
     /// The same face with muscles `factor` times as strong.
     pub(crate) fn with_strength(self, factor: f64) -> Self {
         Self { face: self.face.with_strength(factor), ..self }

@@ -14,7 +14,7 @@ use super::progress::{Progress, say};
 pub(crate) fn run(options: &MapOptions) -> Result<Outcome, CliError> {
     let mut progress = Progress::new();
     let loaded = load(&options.face, &mut progress)?;
-    keep_inputs(&loaded, [options.out.clone()])?;
+    keep_inputs(&loaded.inputs, [options.out.clone()])?;
     let face = &loaded.face;
     let forward = |error| CliError::Forward { face: loaded.called.clone(), error: Box::new(error) };
     let model = progress.step("assemble", || Model::new(face, Vec::new())).map_err(forward)?;

@@ -2,6 +2,7 @@
 
 mod activation_list;
 mod arguments;
+mod compare;
 mod error;
 mod export;
 mod face_verbs;
@@ -12,8 +13,10 @@ mod identify;
 mod load;
 mod map;
 mod markers;
+mod program;
 mod progress;
 mod render;
+mod suite;
 mod surgery;
 mod symmetry;
 mod table;
@@ -78,9 +81,18 @@ pub(crate) fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(shown).collect())
 }
 
+/// `name` as that of a file or folder: face files may use any letters.
+pub(crate) fn file_name(name: &str) -> String {
+    let safe = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
+    name.chars().map(safe).collect()
+}
+
 fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
     match verb {
         Verb::Fit(options) => fit::run(&options),
+        Verb::Verify(options) => suite::verify(options),
+        Verb::Compare(options) => compare::run(&options),
+        Verb::Export(options) => program::run(&options),
         Verb::Identify(options) => identify::run(&options),
         Verb::Symmetry(options) => symmetry::run(&options),
         Verb::Markers(options) => markers::run(&options),

@@ -8,11 +8,17 @@ use indicatif::{ProgressBar, ProgressStyle};
 /// Shows one step at a time on a terminal and adds up their wall times.
 pub(crate) struct Progress {
     timings_s: BTreeMap<String, f64>,
+    is_silent: bool,
 }
 
 impl Progress {
     pub(crate) fn new() -> Self {
-        Self { timings_s: BTreeMap::new() }
+        Self { timings_s: BTreeMap::new(), is_silent: false }
+    }
+
+    /// One of several that go on at once: it only adds up.
+    pub(crate) fn silent() -> Self {
+        Self { is_silent: true, ..Self::new() }
     }
 
     /// Runs `work` as the step `name`.
@@ -23,7 +29,8 @@ impl Progress {
     /// Runs `work` as the step `name`; `work` may tell how it goes.
     pub(crate) fn told_step<T>(&mut self, name: &str, work: impl FnOnce(ProgressBar) -> T) -> T {
         // Hidden by itself when stderr is not a terminal.
-        let bar = ProgressBar::new_spinner().with_message(name.replace('_', " "));
+        let bar = if self.is_silent { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
+        let bar = bar.with_message(name.replace('_', " "));
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
             bar.set_style(style);
         }

@@ -1,6 +1,6 @@
 //! `modiolus render`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use modiolus::face::Pose;
 use modiolus::io::{AnswerFiles, read_answer, write_atomically};
@@ -32,7 +32,7 @@ pub(crate) fn run(options: &RenderOptions) -> Result<Outcome, CliError> {
         face => activated(face, options, &mut progress)?,
     };
     let Posed { loaded, activation, displacement, pose } = &posed;
-    keep_inputs(loaded, [options.out.clone()])?;
+    keep_inputs(&loaded.inputs, [options.out.clone()])?;
     if options.show.displacement && displacement.is_none() {
         return Err(CliError::NothingMoves);
     }
@@ -111,10 +111,7 @@ fn answer(dir: &Path, options: &RenderOptions, progress: &mut Progress) -> Resul
 /// The answer in the folder `dir`, and the face that it moves.
 pub(crate) fn read_moved(dir: &Path, progress: &mut Progress) -> Result<(LoadedFace, AnswerFiles), CliError> {
     let files = read_answer(dir)?;
-    let choice = match files.face.as_str() {
-        "standard" => FaceChoice::Standard,
-        path => FaceChoice::File(PathBuf::from(path)),
-    };
+    let choice = FaceChoice::named(&files.face);
     let unread = |reason| CliError::FaceOfAnswer {
         dir: dir.to_owned(),
         face: files.face.clone(),

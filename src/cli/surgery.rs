@@ -20,7 +20,7 @@ pub(crate) fn run(options: &SurgeryOptions) -> Result<Outcome, CliError> {
     // Before the work: the names of its files are those of any written face.
     let mut set = FileSet::new(&options.out);
     put_face(&mut set, &loaded.face)?;
-    keep_inputs(&loaded, set.names().chain(ANSWER).map(|name| options.out.join(name)))?;
+    keep_inputs(&loaded.inputs, set.names().chain(ANSWER).map(|name| options.out.join(name)))?;
     let face = &loaded.face;
     let done = progress.step("operate", || operate(&document.plan, face)).map_err(|error| match error {
         OperationError::Plan(error) => {

@@ -28,7 +28,7 @@ pub(crate) fn run(options: &SymmetryOptions) -> Result<Outcome, CliError> {
     };
     let Moved { heading, loaded, displacement, sides, solved } = moved;
     if let Some(out) = &options.out {
-        keep_inputs(&loaded, FILES.map(|name| out.join(name)))?;
+        keep_inputs(&loaded.inputs, FILES.map(|name| out.join(name)))?;
     }
     let symmetry = progress.step("mirror", || Symmetry::of(&loaded.face, &displacement));
     let json = SymmetryJson::new(heading, &symmetry, sides, options.max_asymmetry_mm);
@@ -59,7 +59,8 @@ fn of_result(dir: &Path, progress: &mut Progress) -> Result<Moved, CliError> {
 }
 
 fn of_target(options: &SymmetryOptions) -> Result<Moved, CliError> {
-    let fit::Fitted { answer, loaded, solved, .. } = fit::fit(&options.fit.of(&options.what))?;
+    let (fit::Fitted { answer, solved, .. }, loaded) =
+        fit::fit(&options.fit.of(&options.what), &options.what)?;
     let heading = answer.heading;
     let Some(displacement) = answer.displacement else { return Err(CliError::NothingToIdentify { heading }) };
     let sides = sides(answer.json.certainty.as_ref(), &answer.json.activations);

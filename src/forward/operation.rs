@@ -58,7 +58,7 @@ pub struct Operation {
 /// and lips: `K_ff(0) u_f = G' lambda - K_fb(0) u_b`. Tissue that is stripped off the bone about a cut is free
 /// meanwhile and fixed again in the new face. In the new face mesh, landmarks and muscles are where `u` brings
 /// them, teeth and jaw where their bones are, and nothing is under stress, as after healing. A plan that moves
-/// nothing gives the same face to the bit.
+/// nothing gives the same face to the bit; one that moves bones gives a face of another name, `FACE_PLAN`.
 ///
 /// # Errors
 /// [`OperationError`] for a plan that does not fit the face, tissue that cannot be solved, cells that turn inside
@@ -76,6 +76,7 @@ pub fn operate(plan: &SurgicalPlan, face: &Face) -> Result<Operation, OperationE
     let movement = model.at_pose(&rest, &pose)?.settle(&loose, &search, &rest, None)?;
     if !pose.is_rest() {
         cut = carried(&cut, &pose, &movement.equilibrium.displacement);
+        cut.name = format!("{}_{}", face.name, plan.name);
         inside_out(&cut, face)?;
         if let Some(error) = cut.check().0.into_iter().next() {
             return Err(OperationError::Face(error));

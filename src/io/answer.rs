@@ -6,13 +6,32 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::{CertaintyJson, MeshFileError, WriteError, input, settle_folder, sha256, vtk};
+use super::{
+    CertaintyJson, ContactJson, MarkerJson, MeshFileError, TargetJson, WriteError, input, settle_folder,
+    sha256, vtk,
+};
 
-/// What a picture needs of an answer: the face that it moves, by how much, and by which muscles.
+/// What others need of an answer: the face that it moves, by how much, and by which muscles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnswerFiles {
-    /// The face: "standard", or the path of its face.toml as it was given.
+    /// The face: the name of a built-in face, or the path of its face.toml as it was given.
     pub face: String,
+    /// The target that was fitted, if one was.
+    pub target: Option<TargetJson>,
+    /// How strain was measured.
+    pub strain: String,
+    /// How the stiffness of the muscles was taken.
+    pub stiffness: String,
+    /// How strong the muscles were.
+    pub strength: f64,
+    /// How contact was treated; empty where the file does not say.
+    pub contact_mode: String,
+    /// How each marker was met.
+    pub markers: Vec<MarkerJson>,
+    /// Contact; `None` when it is off.
+    pub contact: Option<ContactJson>,
+    /// SHA-256 of each input file, by its name on the command line.
+    pub inputs: BTreeMap<String, String>,
     /// Activation of each muscle, 0 to 1.
     pub activations: BTreeMap<String, f64>,
     /// How far the jaw is open, mm, where that was said.
@@ -46,7 +65,7 @@ pub enum AnswerFileError {
     #[error("{}: is not the file that was written with solution.json; compute the answer again, or put its own files back", .0.display())]
     Foreign(PathBuf),
     /// An answer that moves nothing.
-    #[error("{}: the answer has no displacement, so that there is nothing to draw", .0.display())]
+    #[error("{}: the answer has no displacement, so that there is nothing to draw, compare or export", .0.display())]
     NoDisplacement(PathBuf),
     /// The files that a process which ended had written cannot be put in place.
     #[error(transparent)]
@@ -67,8 +86,23 @@ pub enum AnswerFileError {
 #[derive(Deserialize)]
 struct Head {
     face: String,
+    target: Option<TargetJson>,
+    // Earlier versions did not say all of this.
+    #[serde(default)]
+    strain: String,
+    #[serde(default)]
+    stiffness: String,
+    #[serde(default)]
+    strength: f64,
+    #[serde(default)]
+    contact_mode: String,
     activations: BTreeMap<String, f64>,
     jaw_opening_mm: Option<f64>,
+    #[serde(default)]
+    markers: Vec<MarkerJson>,
+    contact: Option<ContactJson>,
+    #[serde(default)]
+    inputs: BTreeMap<String, String>,
     certainty: Option<CertaintyJson>,
     files: BTreeMap<String, String>,
 }
@@ -85,12 +119,11 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
     settle_folder(dir)?;
     let path = dir.join("solution.json");
     let json = read(&path, input::TEXT_BYTES)?;
-    let head = serde_json::from_slice(&json)
+    let head: Head = serde_json::from_slice(&json)
         .map_err(|reason| AnswerFileError::Json { path: path.clone(), reason })?;
-    let Head { face, activations, jaw_opening_mm, certainty, files } = head;
     let vtu = dir.join("face.vtu");
     let mut displacement = None;
-    for (name, sha) in &files {
+    for (name, sha) in &head.files {
         let file = dir.join(name);
         let bytes = read(&file, input::MESH_BYTES)?;
         if sha256(&bytes) != *sha {
@@ -101,8 +134,26 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
         }
     }
     let displacement = displacement.ok_or(AnswerFileError::NoDisplacement(path))?;
-    let operated = files.contains_key("face.toml").then(|| dir.join("face.toml"));
-    Ok(AnswerFiles { face, activations, jaw_opening_mm, displacement, vtu, certainty, operated })
+    let operated = head.files.contains_key("face.toml").then(|| dir.join("face.toml"));
+    let Head { face, target, strain, stiffness, strength, contact_mode, .. } = head;
+    let Head { activations, jaw_opening_mm, markers, contact, certainty, inputs, .. } = head;
+    Ok(AnswerFiles {
+        face,
+        target,
+        strain,
+        stiffness,
+        strength,
+        contact_mode,
+        markers,
+        contact,
+        inputs,
+        activations,
+        jaw_opening_mm,
+        displacement,
+        vtu,
+        certainty,
+        operated,
+    })
 }
 
 fn read(path: &Path, most: u64) -> Result<Vec<u8>, AnswerFileError> {

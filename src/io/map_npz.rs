@@ -1,12 +1,8 @@
 //! Activation maps, `map.npz`: a zip of NumPy arrays.
 
-use std::io::{Cursor, Write};
-
-use npyz::WriterBuilder;
 use thiserror::Error;
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipWriter};
 
+use super::npz::Npz;
 use crate::units::Vec3;
 
 /// An activation map cannot be written.
@@ -27,10 +23,7 @@ pub enum MapFileError {
     },
     /// The bytes cannot be put together.
     #[error("map.npz cannot be put together: {0}")]
-    Npy(#[from] std::io::Error),
-    /// The archive cannot be put together.
-    #[error("map.npz cannot be put together: {0}")]
-    Zip(#[from] zip::result::ZipError),
+    Npz(#[from] std::io::Error),
 }
 
 /// An activation map: what each muscle alone does to each point at full activation, without contact,
@@ -67,53 +60,19 @@ impl MapNpz<'_> {
         let (rows, layers) = (n as u64, m as u64);
         let points = self.points.iter().flat_map(|p| [p.x, p.y, p.z]);
         let displacement = self.displacement.iter().flatten().copied();
-        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        add(&mut zip, "points", &numbers(&[rows, 3], points)?)?;
-        add(&mut zip, "displacement", &numbers(&[layers, rows, 3], displacement)?)?;
-        add(&mut zip, "muscles", &names(self.muscles)?)?;
-        add(&mut zip, "stiffness", &numbers(&[], [self.stiffness])?)?;
-        Ok(zip.finish()?.into_inner())
+        let mut file = Npz::new();
+        file.numbers("points", &[rows, 3], points)?;
+        file.numbers("displacement", &[layers, rows, 3], displacement)?;
+        file.names("muscles", self.muscles)?;
+        file.numbers("stiffness", &[], [self.stiffness])?;
+        Ok(file.finish()?)
     }
-}
-
-fn add(zip: &mut ZipWriter<Cursor<Vec<u8>>>, name: &str, npy: &[u8]) -> Result<(), MapFileError> {
-    // Not the clock: two runs must give the same bytes. MS-DOS dates begin here.
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .last_modified_time(DateTime::default())
-        .unix_permissions(0o644)
-        .large_file(u32::try_from(npy.len()).is_err());
-    zip.start_file(format!("{name}.npy"), options)?;
-    Ok(zip.write_all(npy)?)
-}
-
-fn numbers(shape: &[u64], values: impl IntoIterator<Item = f64>) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let options = npyz::WriteOptions::new().dtype(npyz::DType::Plain(little_endian("<f8")?));
-    let mut writer = options.shape(shape).writer(&mut bytes).begin_nd()?;
-    writer.extend(values)?;
-    writer.finish()?;
-    Ok(bytes)
-}
-
-fn names(values: &[String]) -> std::io::Result<Vec<u8>> {
-    let width = values.iter().map(|v| v.chars().count()).max().unwrap_or(0).max(1);
-    let mut bytes = Vec::new();
-    let options = npyz::WriteOptions::new().dtype(npyz::DType::Plain(little_endian(&format!("<U{width}"))?));
-    let mut writer = options.shape(&[values.len() as u64]).writer(&mut bytes).begin_nd()?;
-    for value in values {
-        writer.push(value.as_str())?;
-    }
-    writer.finish()?;
-    Ok(bytes)
-}
-
-fn little_endian(code: &str) -> std::io::Result<npyz::TypeStr> {
-    code.parse().map_err(|e| std::io::Error::other(format!("{code}: {e}")))
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::Cursor;
+
     use super::*;
 
     fn map(displacement: &[Vec<f64>]) -> Result<Vec<u8>, MapFileError> {

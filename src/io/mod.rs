@@ -3,7 +3,9 @@
 mod answer;
 mod atomic;
 mod certainty_json;
+mod comparison_json;
 mod csv;
+mod escaped;
 mod face_export;
 mod face_toml;
 mod feb;
@@ -12,6 +14,7 @@ mod format;
 mod inp;
 mod input;
 mod input_file;
+mod junit;
 mod lines;
 mod location;
 mod map_npz;
@@ -21,17 +24,23 @@ mod mesh_file_error;
 mod msh;
 mod nearest;
 mod nonlinear_json;
+mod npz;
 mod numbered;
 mod obj;
 mod plan_toml;
 mod ply;
 mod polygons;
+mod program_file;
+mod program_text;
 mod schema;
 mod sha256;
 mod solution_json;
+mod standing;
 mod stl;
+mod suite_json;
 mod surface_file;
 mod symmetry_json;
+mod target_files;
 mod target_toml;
 mod tetgen;
 mod text;
@@ -43,6 +52,10 @@ pub use atomic::write_atomically;
 pub use certainty_json::{
     CertaintyJson, CorrelationJson, DiscrepancyJson, EffortJson, IntervalJson, SideJson, UnknownJson,
 };
+pub use comparison_json::{
+    ComparedActivationJson, ComparedContactJson, ComparedLandmarkJson, ComparedMarkerJson,
+    ComparedResultJson, ComparisonJson, SidesJson, comparison_schema,
+};
 pub use face_export::{FaceExportError, put_face, write_face};
 pub use face_toml::{
     FaceDocument, FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWarningKind, face_schema,
@@ -50,6 +63,7 @@ pub use face_toml::{
 };
 pub use file_set::{FileSet, settle_folder};
 pub use input_file::{InputFile, UnreadableText};
+pub use junit::junit_text;
 pub use location::Location;
 pub use map_npz::{MapFileError, MapNpz};
 pub use mesh_document::{MeshDocument, MeshFileWarning, NoSet};
@@ -58,13 +72,17 @@ pub use mesh_file_error::{MAX_ID, MeshFileError, MeshFileErrorKind};
 pub use nearest::nearest;
 pub use nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
 pub use plan_toml::{PlanDocument, PlanFileError, parse_plan, plan_schema, read_plan};
+pub use program_file::ProgramFile;
 pub use sha256::sha256;
 pub use solution_json::{
     CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, LimitKindWord, MarkerJson,
-    RelaxationEndWord, ResidualJson, SolutionJson, StatusWord, solution_schema,
+    RelaxationEndWord, ResidualJson, SolutionJson, StatusWord, TargetJson, solution_schema,
 };
+pub use standing::Standing;
+pub use suite_json::{SuiteJson, SuiteTargetJson, VerdictWord, suite_schema};
 pub use surface_file::{parse_surface, read_surface};
 pub use symmetry_json::{MiddleJson, PairJson, PublishedJson, SymmetryJson, given_side, symmetry_schema};
+pub use target_files::{SuiteError, read_targets};
 pub use target_toml::{
     FieldLines, TargetDocument, TargetFileError, TargetWarning, parse_target, read_target, target_schema,
 };

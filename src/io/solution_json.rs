@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::certainty_json::CertaintyJson;
 use super::nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
@@ -18,12 +18,16 @@ use crate::qp::Certificate;
 pub struct SolutionJson {
     /// How the fit ended; only "solved" is an answer.
     pub status: StatusWord,
+    /// The target; null when nothing was fitted.
+    pub target: Option<TargetJson>,
     /// How strain was measured: "linear" or "finite".
     pub strain: String,
     /// How the stiffness of the muscles was taken: "activated" or "fixed=A".
     pub stiffness: String,
     /// How strong the muscles were, as a multiple of the face's `max_force_n`.
     pub strength: f64,
+    /// How lips, cheeks and teeth touch: "reactions", "kinematic" or "off".
+    pub contact_mode: String,
     /// Activation of each muscle, 0 to 1.
     pub activations: BTreeMap<String, f64>,
     /// How far the jaw is open, mm of arc at the lower incisal point; null when nothing was said of it.
@@ -61,7 +65,7 @@ pub struct SolutionJson {
     pub face_warnings: Vec<String>,
     /// Wall time of each step, s.
     pub timings_s: BTreeMap<String, f64>,
-    /// The face: "standard", or the path of its face.toml as given.
+    /// The face: the name of a built-in face, or the path of its face.toml as given.
     pub face: String,
     /// SHA-256 of each input file, by its name on the command line.
     pub inputs: BTreeMap<String, String>,
@@ -70,6 +74,16 @@ pub struct SolutionJson {
     pub files: BTreeMap<String, String>,
     /// Version of the program.
     pub version: String,
+}
+
+/// Which target was fitted.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct TargetJson {
+    /// Its name.
+    pub name: String,
+    /// Its file, as given.
+    pub file: String,
 }
 
 /// How a fit ended.
@@ -86,6 +100,19 @@ pub enum StatusWord {
     Underdetermined,
     /// Nothing to fit.
     NoData,
+}
+
+impl StatusWord {
+    /// The word as a table says it.
+    pub fn said(self) -> &'static str {
+        match self {
+            Self::Solved => "solved",
+            Self::Infeasible => "infeasible",
+            Self::NotConverged => "not converged",
+            Self::Underdetermined => "underdetermined",
+            Self::NoData => "no data",
+        }
+    }
 }
 
 impl From<Status> for StatusWord {
@@ -125,7 +152,7 @@ pub struct ResidualJson {
 }
 
 /// How one marker was met.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct MarkerJson {
     /// Label.
@@ -228,7 +255,7 @@ impl From<&ActiveLimit> for LimitJson {
 }
 
 /// Contact at the answer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct ContactJson {
     /// Number of candidate pairs.
@@ -262,7 +289,7 @@ pub struct ContactJson {
 }
 
 /// How the bounding of the objective from below ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RelaxationEndWord {
     /// No set of contacts is better by more than a millionth.
@@ -333,13 +360,17 @@ impl SolutionJson {
     /// # Errors
     /// When the text cannot be put together, which no value of the fields brings about.
     pub fn to_text(&self) -> Result<String, serde_json::Error> {
-        let text = serde_json::to_string_pretty(self)? + "\n";
-        // JSON lets DEL and the C1 controls stand in strings, where they steer a terminal that shows the file.
-        let is_control = |c: char| c.is_control() && c != '\n';
-        let written =
-            |c: char| if is_control(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
-        Ok(if text.contains(is_control) { text.chars().map(written).collect() } else { text })
+        to_text(self)
     }
+}
+
+/// `value` as JSON that is indented, ends in a newline and steers no terminal.
+pub(super) fn to_text(value: &impl Serialize) -> Result<String, serde_json::Error> {
+    let text = serde_json::to_string_pretty(value)? + "\n";
+    // JSON lets DEL and the C1 controls stand in strings, where they steer a terminal that shows the file.
+    let is_control = |c: char| c.is_control() && c != '\n';
+    let written = |c: char| if is_control(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    Ok(if text.contains(is_control) { text.chars().map(written).collect() } else { text })
 }
 
 /// The JSON schema of answers, as in `schemas/solution.schema.json`.

@@ -1,7 +1,7 @@
 //! Sheets of several pictures: where a muscle's force goes, and what it does.
 
 use super::{Drawing, Image, LETTER, LINE, RenderError, Scene, Show, View};
-use crate::face::{Face, Muscle};
+use crate::face::{Face, Muscle, Pose};
 use crate::units::Vec3;
 
 /// The name of a muscle without its side.
@@ -193,13 +193,56 @@ pub fn before_and_after(faces: [(&Scene<'_>, Option<&[f64]>); 2], moved: &str) -
                     legend: view == View::Front,
                     displacement: u.filter(|_| row == 1),
                     focus: &framed,
-                    outline_of: (view == View::Profile && row == 0).then_some(faces[0].0),
+                    outline_of: (view == View::Profile && row == 0).then_some((faces[0].0, None)),
                     ..Drawing::default()
                 };
                 sheet.place(x, y + head, &scene.draw(&drawing)?);
                 x += size.0;
             }
         }
+    }
+    Ok(sheet)
+}
+
+/// A face under its displacement (3n, mm), with its bones at a pose.
+#[derive(Clone, Debug)]
+pub struct MovedScene<'a> {
+    /// The face.
+    pub scene: &'a Scene<'a>,
+    /// Displacement (3n), mm.
+    pub displacement: &'a [f64],
+    /// Where the bones are.
+    pub pose: Pose,
+    /// What is written above it.
+    pub title: String,
+}
+
+/// Two moved faces side by side from one view, at one scale and framed alike, the outline of the first over the second.
+///
+/// # Errors
+/// As [`Scene::draw`].
+pub fn side_by_side(faces: &[MovedScene<'_>; 2], view: View) -> Result<Image, RenderError> {
+    let first = &faces[0];
+    let size = first.scene.panel(view, SCALE);
+    let height = size.1 + LINE;
+    let framed = first.scene.rest_points();
+    let head = LINE + 4;
+    let mut sheet = Image::new(2 * size.0, height + head);
+    for (k, face) in faces.iter().enumerate() {
+        let drawing = Drawing {
+            view,
+            size: (size.0, height),
+            pixels_per_mm: Some(SCALE),
+            displacement: Some(face.displacement),
+            pose: face.pose.clone(),
+            focus: &framed,
+            outline_of: (k == 1).then_some((first.scene, Some(first.displacement))),
+            ..Drawing::default()
+        };
+        let most = (size.0 / LETTER).saturating_sub(2);
+        let title: String = face.title.chars().take(most).collect();
+        sheet.write((k * size.0) as i64 + 8, 3, &title, true, [30; 3]);
+        sheet.place(k * size.0, head, &face.scene.draw(&drawing)?);
     }
     Ok(sheet)
 }

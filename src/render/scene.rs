@@ -55,8 +55,8 @@ pub struct Drawing<'a> {
     pub legend: bool,
     /// Whether to trace the outline of the face at rest.
     pub rest_outline: bool,
-    /// Another face whose outline at rest is traced too.
-    pub outline_of: Option<&'a Scene<'a>>,
+    /// Another face whose outline is traced too, under its displacement (3n, mm) or at rest.
+    pub outline_of: Option<(&'a Scene<'a>, Option<&'a [f64]>)>,
 }
 
 impl Default for Drawing<'_> {
@@ -269,10 +269,11 @@ impl<'f> Scene<'f> {
                 }
             });
         }
-        let own = drawing.rest_outline.then_some(self);
-        for other in own.into_iter().chain(drawing.outline_of) {
-            let rest = other.rest_points();
-            let corners = other.skin.triangles.iter().map(|t| t.map(|v| rest[v]));
+        let own = drawing.rest_outline.then_some((self, None));
+        for (other, u) in own.into_iter().chain(drawing.outline_of) {
+            let moved = other.skin.displacement(u);
+            let points: Vec<Vec3> = other.rest_points().iter().zip(&moved).map(|(p, u)| p + u).collect();
+            let corners = other.skin.triangles.iter().map(|t| t.map(|v| points[v]));
             outline(&layer(size, &fine, corners), &mut samples);
         }
         let mut image = shrink(&samples, size);

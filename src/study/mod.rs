@@ -1,13 +1,20 @@
 //! What a user does, once for every front end: a face is moved by its muscles and its bones.
 
+mod at_once;
+mod comparison;
 mod error;
 mod fit;
 mod mechanics;
+mod mirror;
 mod moved;
 mod mover;
+mod verdict;
 
+pub use at_once::at_once;
+pub use comparison::{Comparison, MovedLandmark, Pair, Posed, Sides, matched};
 pub use error::StudyError;
 pub use fit::{Fit, LinearAnswer, fit};
 pub use mechanics::{Mechanics, Stiffness, Strain};
 pub use moved::{MovedContact, MovedFace};
 pub use mover::Mover;
+pub use verdict::{Verdict, residual_rms_mm};

@@ -35,12 +35,17 @@ const FREE: f64 = 0.97;
 /// vestibule: masseter and the raphe of the buccinator span there, and must stretch when the jaw opens.
 const BETWEEN_JAWS_MM: f64 = 8.0;
 
-/// The standard face at `resolution` with the default [`Parameters`].
+/// Name of a face that is not built in.
+const OTHER: &str = "standard_varied";
+
+/// The standard face at `resolution` with the default [`Parameters`], under the name of the
+/// [built-in face](Resolution::FACES) where it is one.
 pub fn standard(resolution: &Resolution) -> Face {
-    build(&Parameters::default(), resolution)
+    let name = resolution.face_name().unwrap_or(OTHER);
+    Face { name: name.into(), ..build(&Parameters::default(), resolution) }
 }
 
-/// The standard face at `resolution` with other proportions.
+/// The standard face at `resolution` with other proportions, called `standard_varied`.
 ///
 /// # Errors
 /// [`ParameterError`] when a parameter is not finite or outside the range in which the shape
@@ -208,7 +213,7 @@ fn build(parameters: &Parameters, resolution: &Resolution) -> Face {
         mesh.node_sets.insert(name.into(), set.clone());
     }
     Face {
-        name: "standard".into(),
+        name: OTHER.into(),
         mesh,
         tissue: Tissue::default(),
         muscle_tissue: MuscleTissue::default(),

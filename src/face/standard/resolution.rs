@@ -44,6 +44,8 @@ impl Resolution {
     };
     /// The names accepted at interfaces.
     pub const NAMES: [&'static str; 3] = ["coarse", "standard", "fine"];
+    /// The names of the built-in faces: no face that is read from a file is one of them.
+    pub const FACES: [&'static str; 3] = ["standard_coarse", "standard", "standard_fine"];
 
     /// The resolution called `name` (`coarse`, `standard` or `fine`), or `None`.
     pub fn parse(name: &str) -> Option<Self> {
@@ -53,6 +55,16 @@ impl Resolution {
             "fine" => Some(Self::FINE),
             _ => None,
         }
+    }
+
+    /// The resolution of the built-in face called `face`, one of [`FACES`](Self::FACES), or `None`.
+    pub fn of_face(face: &str) -> Option<Self> {
+        Self::FACES.iter().position(|name| *name == face).and_then(|k| Self::parse(Self::NAMES[k]))
+    }
+
+    /// The name of the built-in face of this resolution; `None` of one that is not built in.
+    pub fn face_name(&self) -> Option<&'static str> {
+        Self::FACES.into_iter().find(|name| Self::of_face(name).as_ref() == Some(self))
     }
 
     /// Whether a face can be built so finely: every stretch has cells, lips three layers, and the

@@ -9,6 +9,7 @@ use base64::prelude::BASE64_STANDARD;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
+use super::super::escaped::escaped;
 use super::super::mesh_file_error::{MeshFileError, MeshFileErrorKind};
 use super::super::{Location, write_atomically};
 use crate::mesh::{CellKind, Mesh, WEDGE_OTHER_ORDER};
@@ -161,23 +162,6 @@ fn array<T: Copy, const N: usize>(
         BASE64_STANDARD.encode(packed),
     );
     Ok(())
-}
-
-/// `name` as an attribute of XML, which makes blanks of tabs and line breaks and has no other control characters.
-fn escaped(name: &str) -> String {
-    let mut escaped = String::with_capacity(name.len());
-    for c in name.chars() {
-        match c {
-            '&' => escaped += "&amp;",
-            '<' => escaped += "&lt;",
-            '>' => escaped += "&gt;",
-            '"' => escaped += "&quot;",
-            '\t' | '\n' | '\r' => escaped += &format!("&#{};", u32::from(c)),
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => escaped.push('\u{fffd}'),
-            c => escaped.push(c),
-        }
-    }
-    escaped
 }
 
 fn vtk_type(kind: CellKind) -> u8 {
