@@ -1,8 +1,7 @@
 """Solves a program that `modiolus export` wrote with another solver, and compares its answer with the one in the file.
 
 DAQP, a dual active-set method, solves the arrays of PROGRAM.npz. HiGHS reads PROGRAM.qps and PROGRAM.qp beside it, where they are,
-and must find the same arrays in them. (Its own active-set method gives up on programs of this scale, whose rows are in
-millimetres a newton.)
+and must find the same arrays in them. (Its own active-set method ends with an error on these programs.)
 
 Usage: solve_again.py PROGRAM.npz; exit code 1 when something differs.
 """
