@@ -1,3 +1,6 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| modiolus_fuzz::mesh("a.node", bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    modiolus_fuzz::tetgen("a.node", bytes);
+    modiolus_fuzz::tetgen("a.ele", bytes);
+});

@@ -1,6 +1,6 @@
 //! What every fuzz target does with its bytes: reads them, and looks at what was read as the program would.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use modiolus::contact::closed_surface;
@@ -26,20 +26,33 @@ pub fn surface(name: &str, bytes: &[u8]) {
 
 /// The face file or the fibres of a cube, as `name`, beside the others of the corpus.
 pub fn face(name: &str, bytes: &[u8]) {
-    static FOLDER: OnceLock<std::path::PathBuf> = OnceLock::new();
+    let others = [("a.vtu", "vtu/ascii.vtu"), ("face.toml", "face/face.toml"), ("fibres.csv", "face/fibres.csv")];
+    let _ = read_face(&beside(name, bytes, &others).join("face.toml"), None);
+}
+
+/// The nodes or the elements of a TetGen mesh, as `name`, beside the other of the corpus.
+pub fn tetgen(name: &str, bytes: &[u8]) {
+    let others = [("a.node", "tetgen/a.node"), ("a.ele", "tetgen/a.ele")];
+    let folder = beside(name, bytes, &others);
+    if let Ok(document) = parse_mesh(bytes, &folder.join(name), Millimetre) {
+        let _ = validate_shape(&document.mesh);
+    }
+}
+
+/// A folder of this process with `bytes` as `name` and the `others`, each with its place in the corpus.
+fn beside(name: &str, bytes: &[u8], others: &[(&str, &str)]) -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {
         let folder = std::env::temp_dir().join(format!("modiolus-fuzz-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder");
         folder
     });
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
-    for (own, from) in [("a.vtu", "vtu/ascii.vtu"), ("face.toml", "face/face.toml"), ("fibres.csv", "face/fibres.csv")] {
-        if own != name {
-            std::fs::copy(corpus.join(from), folder.join(own)).expect("the corpus");
-        }
+    for (own, from) in others.iter().filter(|(own, _)| *own != name) {
+        std::fs::copy(corpus.join(from), folder.join(own)).expect("the corpus");
     }
     std::fs::write(folder.join(name), bytes).expect("a file");
-    let _ = read_face(&folder.join("face.toml"), None);
+    folder
 }
 
 /// A target.

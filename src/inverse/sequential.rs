@@ -174,7 +174,10 @@ impl Solver<ActivatedProblem<'_>, SequentialState> for SequentialQp {
             // Too close for the objective to judge: the optimality conditions do. Where contacts open and
             // close about a kink the steps would go back and forth for ever.
             step.taken = true;
-            if self.history.last().is_some_and(|last| kkt > 0.5 * last.kkt) {
+            let before = self.history.last().map_or(f64::INFINITY, |last| last.kkt);
+            if kkt < before && change > 0.99 * self.radius && at.touching() == next.touching() {
+                self.radius = (2. * self.radius).min(1.);
+            } else if kkt > 0.5 * before {
                 self.radius = 0.5 * change;
             }
             self.history.push(step);
