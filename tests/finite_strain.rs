@@ -364,6 +364,17 @@ fn surfaces_stay_apart_whatever_the_path_and_both_sides_smile_alike() {
 }
 
 #[test]
+fn pressed_lips_come_to_a_stable_rest_in_few_factorisations() {
+    // 43 as it is; 86 where the curvature of contact is taken away by quarters and factorised for each.
+    let face = strong_face();
+    let model = FiniteModel::new(&face, Some(FaceContact::new(&face).unwrap())).unwrap();
+    let a = both_sides(&face, &[("orbicularis_oris_marginalis", 1.)]);
+    let state = model.settle(&a, &Pose::rest()).unwrap();
+    assert!(state.is_stable() && state.load_steps() == 1);
+    assert!(state.cost().factorisations <= 60, "{:?}", state.cost());
+}
+
+#[test]
 fn no_activation_has_a_slope_left_at_the_optimum_of_a_fit() {
     let face = strong_face();
     let model = FiniteModel::new(&face, Some(FaceContact::new(&face).unwrap())).unwrap();

@@ -2,10 +2,11 @@
 
 use nalgebra::DVector;
 
+use super::kink::{Side, mixed};
 use super::limits::TrustRegion;
 use super::pivot::{Failure, Found};
 use super::problem::{ContactMode, InverseError, Problem};
-use super::program::{Linearisation, Residuals};
+use super::program::{Residuals, build};
 use super::residual_curvature::ResidualCurvature;
 use super::sequential::SequentialStep;
 use super::solution::{Solution, Status};
@@ -16,9 +17,12 @@ use crate::face::{JawRange, Pose};
 use crate::forward::finite::{FiniteError, FiniteModel, FiniteState, SettlingCost, Tangent};
 use crate::qp::{Certificate, Point};
 
-/// Largest residual of the optimality conditions of an answer that may be called solved: surfaces have corners, where
-/// the gradient is not smooth.
+/// Largest residual of the optimality conditions of an answer that may be called solved.
 const KKT: f64 = 1e-5;
+/// How near gradients are taken for those of one place: surfaces have corners, where the gradient jumps.
+const KINK: f64 = 1e-4;
+/// Places whose gradients are remembered.
+const MOST_SIDES: usize = 4;
 /// Steps before a fit is given up.
 const MOST_STEPS: usize = 60;
 /// Half width of the first trust region.
@@ -74,7 +78,6 @@ struct Here {
     tangent: Tangent,
     problem: Problem,
     seen: State,
-    terms: Linearisation,
     residuals: Residuals,
     objective: f64,
 }
@@ -82,7 +85,8 @@ struct Here {
 /// Where one start led.
 struct End {
     here: Here,
-    found: Option<Found>,
+    /// The answer of the last program, and that program's residuals.
+    found: Option<(Found, Residuals)>,
     status: Status,
     /// Displacements `P u` (d), mm, at its start.
     start_mm: DVector<f64>,
@@ -172,24 +176,36 @@ impl FiniteFit<'_> {
         let mut curvature = ResidualCurvature::none(here.seen.activation.len());
         let mut radius = FIRST_RADIUS;
         let mut last = None;
+        let mut sides: Vec<Side> = Vec::new();
         for _ in 0..MOST_STEPS {
             let trust = TrustRegion { centre: here.seen.activation.clone(), radius };
-            let terms = curvature.terms(&here.residuals, &here.seen);
-            let found = match here.problem.minimise(ContactMode::Off, &terms, None, Some(&trust))? {
+            let reached = |model: &Residuals| {
+                let terms = curvature.terms(model, &here.seen);
+                here.problem.minimise(ContactMode::Off, &terms, None, Some(&trust))
+            };
+            let best = |model: &Residuals| match reached(model)? {
+                Ok(found) => Ok(found.optimum.state.activation),
+                Err(_) => Ok::<_, InverseError>(here.seen.activation.clone()),
+            };
+            sides.retain(|side| (&side.at - &here.seen.activation).amax() <= KINK);
+            let model = mixed(&here.side(), sides.iter().rev().take(MOST_SIDES), best)?;
+            let found = match reached(&model)? {
                 Ok(found) => found,
                 Err(failure) => return Ok(Err(Box::new(here.problem.failed(failure)))),
             };
-            let (_, certificate) = here.certified(&found);
+            let (_, certificate) = here.certified(&found, &model);
             let proposed = found.optimum.state.activation.clone();
             let change = (&proposed - &here.seen.activation).amax();
             let kkt = certificate.worst();
             let mut step = SequentialStep { objective: here.objective, kkt, change, radius, taken: false };
             if kkt <= KKT || known.is_some_and(|known| (&here.seen.activation - known).amax() <= SAME) {
                 told(&step);
-                return Ok(Ok(End { here, found: Some(found), status: Status::Solved, start_mm }));
+                let found = Some((found, model));
+                return Ok(Ok(End { here, found, status: Status::Solved, start_mm }));
             }
-            let predicted = terms.objective(&here.seen) - found.optimum.objective;
-            last = Some(found);
+            let predicted =
+                curvature.terms(&model, &here.seen).objective(&here.seen) - found.optimum.objective;
+            last = Some((found, model));
             let next = self.beside(&here, &proposed, cost)?;
             let Some(next) = next else {
                 told(&step);
@@ -211,7 +227,10 @@ impl FiniteFit<'_> {
             let [before, after] = [&here, &next].map(|at| (&at.seen.activation, &at.residuals));
             curvature.learn(before, after);
             if step.taken {
+                sides.push(here.side());
                 here = next;
+            } else {
+                sides.push(next.side());
             }
             if radius < LEAST_RADIUS {
                 break;
@@ -269,19 +288,22 @@ impl FiniteFit<'_> {
         let problem = Problem::new(self.target, self.observations, &response)?;
         let seen = State { observed, activation: x };
         let objective = objective(problem.terms(), &seen);
-        let terms = problem.linearise(&seen);
-        let residuals = terms.residuals(&problem.space);
-        Ok(Here { state, tangent, problem, seen, terms, residuals, objective })
+        let residuals = problem.linearise(&seen).residuals(&problem.space);
+        Ok(Here { state, tangent, problem, seen, residuals, objective })
     }
 }
 
 impl Here {
-    /// This state as a point of the program of its own tangent, with the multipliers of `found`, and how well it
-    /// satisfies the optimality conditions.
-    fn certified(&self, found: &Found) -> (Point, Certificate) {
+    fn side(&self) -> Side {
+        Side { at: self.seen.activation.clone(), residuals: self.residuals.clone() }
+    }
+
+    /// This state as a point of the program of `model`, with the multipliers of `found`, and how well it satisfies the
+    /// optimality conditions.
+    fn certified(&self, found: &Found, model: &Residuals) -> (Point, Certificate) {
         let mut point = found.optimum.point.clone();
         point.x.copy_from(&self.seen.activation);
-        let program = self.problem.build_from(&self.terms, ContactMode::Off, &[]);
+        let program = build(model, &[&self.problem.bounds, &self.problem.tied]);
         let certificate = Certificate::of(&program.problem, &point);
         (point, certificate)
     }
@@ -289,8 +311,10 @@ impl Here {
 
 impl End {
     fn solution(&self) -> Result<Solution, InverseError> {
-        let Some(found) = &self.found else { return Ok(self.here.problem.failed(Failure::NotConverged)) };
-        let (point, certificate) = self.here.certified(found);
+        let Some((found, model)) = &self.found else {
+            return Ok(self.here.problem.failed(Failure::NotConverged));
+        };
+        let (point, certificate) = self.here.certified(found, model);
         let problem = &self.here.problem;
         Ok(report::solution(problem, ContactMode::Off, self.status, found, &point, certificate, None))
     }

@@ -11,6 +11,7 @@ mod descent;
 mod detect;
 mod error;
 mod finite_fit;
+mod kink;
 mod limit;
 mod limits;
 mod observations;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::additive_ccd::{additive_ccd, edge_edge_distance, vertex_triangle_distance};
+use super::advance::{advance, of_edges, of_vertex_triangle};
 use super::broad_phase::BroadPhase;
 use super::rest::Rest;
 use super::separation::{edges_squared_distance, nearest_on_triangle};
@@ -87,25 +87,25 @@ impl BarrierContact {
         if !from.iter().chain(to).all(|p| p.iter().all(|c| c.is_finite())) {
             return 0.;
         }
-        let advance = |vertices: [u32; 4], n_first, distance: fn([Vec3; 4]) -> f64, limit| {
+        let go = |vertices: [u32; 4], n_first, offset: fn(&[Vec3; 4]) -> Vec3, limit| {
             let start = vertices.map(|v| from[v as usize]);
             let steps = vertices.map(|v| to[v as usize] - from[v as usize]);
-            additive_ccd(start, steps, n_first, distance, limit)
+            advance(start, steps, n_first, offset, limit)
         };
-        let of_vertices = |pairs: &[[u32; 2]]| {
+        let vertices_go = |pairs: &[[u32; 2]]| {
             pairs.iter().fold(1., |limit, &[v, t]| {
                 let [a, b, c] = self.surface.triangles[t as usize];
-                advance([v, a, b, c], 1, vertex_triangle_distance, limit)
+                go([v, a, b, c], 1, of_vertex_triangle, limit)
             })
         };
-        let of_edges = |pairs: &[[u32; 2]]| {
+        let edges_go = |pairs: &[[u32; 2]]| {
             pairs.iter().fold(1., |limit, &[e, f]| {
                 let ([a, b], [c, d]) = (self.surface.edges[e as usize], self.surface.edges[f as usize]);
-                advance([a, b, c, d], 2, edge_edge_distance, limit)
+                go([a, b, c, d], 2, of_edges, limit)
             })
         };
-        let vertices = candidates.vertex_triangles.par_chunks(BATCH).map(of_vertices);
-        let edges = candidates.edge_edges.par_chunks(BATCH).map(of_edges);
+        let vertices = candidates.vertex_triangles.par_chunks(BATCH).map(vertices_go);
+        let edges = candidates.edge_edges.par_chunks(BATCH).map(edges_go);
         vertices.chain(edges).reduce(|| 1., f64::min)
     }
 

@@ -16,10 +16,10 @@
 //! Every step is cut before surfaces cross: what starts apart stays apart.
 //!
 //! Source: Li, Ferguson, Schneider, Langlois, Zorin, Panozzo, Jiang and Kaufman, Incremental Potential Contact (2020);
-//! Li et al., Convergent Incremental Potential Contact (2023), for areas and the count of features; Li, Kaufman and
-//! Jiang, Codimensional Incremental Potential Contact (2021), for the limit of steps.
+//! Li et al., Convergent Incremental Potential Contact (2023), for areas and the count of features; Zhang, Lee and
+//! Kim, Interactive continuous collision detection for non-convex polyhedra (2006), for the limit of steps.
 
-mod additive_ccd;
+mod advance;
 mod barrier_contact;
 mod broad_phase;
 mod collision_surface;

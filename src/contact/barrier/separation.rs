@@ -160,6 +160,11 @@ pub(super) fn nearest_on_triangle(p: Vec3, t: [Vec3; 3]) -> ([bool; 3], f64) {
     (hit.weights.map(|w| w > TIE), (p - hit.point).norm_squared())
 }
 
+/// Offset of `p` from the point of the triangle `t` that is closest to it, mm.
+pub(super) fn vertex_triangle_offset(p: Vec3, t: [Vec3; 3]) -> Vec3 {
+    p - closest_on_triangle(p, t).point
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use super::FiniteBody;
+use crate::contact::Curvature;
 use crate::forward::{Cholesky, ForwardError, Pattern, SymbolicFactor};
 use crate::units::Vec3;
 
@@ -60,17 +61,22 @@ impl Hessian {
         Ok(())
     }
 
-    /// Factorises `H + tau shift`, with `shift` on the same pattern; the curvature of contact is made positive by the
-    /// share `made_positive`, from 0, as it is, to 1. False when that is not positive definite.
-    pub(super) fn factorise(&mut self, made_positive: f64, shift: Option<(f64, &[f64])>) -> bool {
-        self.values.copy_from_slice(&self.tissue);
-        if let Some(both) = &self.contact {
-            for (blocks, weight) in both.iter().zip([1. - made_positive, made_positive]) {
-                for (i, j, block) in blocks.iter().filter(|_| weight > 0.) {
-                    self.pattern.add_block(*i, *j, &(weight * block), &mut self.values);
-                }
-            }
+    /// The Hessian with the curvature of contact as it is, or made positive.
+    pub(super) fn with(&self, curvature: Curvature) -> Vec<f64> {
+        let mut values = self.tissue.clone();
+        if let Some([exact, projected]) = &self.contact {
+            let blocks = match curvature {
+                Curvature::Exact => exact,
+                Curvature::Projected => projected,
+            };
+            blocks.iter().for_each(|(i, j, block)| self.pattern.add_block(*i, *j, block, &mut values));
         }
+        values
+    }
+
+    /// Factorises `H + tau shift`, with `shift` on the same pattern. False when that is not positive definite.
+    pub(super) fn factorise(&mut self, curvature: Curvature, shift: Option<(f64, &[f64])>) -> bool {
+        self.values = self.with(curvature);
         match shift {
             None => self.factor.renew(&self.values).is_ok(),
             Some((tau, shift)) => {

@@ -6,6 +6,7 @@
 //! is the linear model of [`Model`](super::Model).
 
 mod body;
+mod conjugate_gradients;
 mod contact;
 mod error;
 mod hessian;

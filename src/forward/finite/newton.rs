@@ -1,13 +1,16 @@
 //! Newton's method on the potential.
 
 use super::Potential;
+use super::conjugate_gradients::{Descent, conjugate_gradients, dot};
 use super::contact::Obstacles;
 use super::hessian::Hessian;
+use crate::contact::Curvature;
 use crate::forward::{Cholesky, ForwardError};
 use crate::units::Vec3;
 
-/// Steps before a load is given up.
+/// Steps before a load is given up, and those in a row that surfaces cut to less than half.
 const MOST_STEPS: usize = 60;
+const MOST_CUT: usize = 16;
 /// Unbalanced force of a body at rest, as a share of the forces that act on it.
 const BALANCED: f64 = 1e-9;
 /// Forces below this, N, are not told apart from those of rounding when they are balanced.
@@ -16,8 +19,14 @@ const LEAST_FORCE_N: f64 = 1e-3;
 const WORTH: f64 = 1e-4;
 /// Shortest step, as a share of Newton's.
 const SHORTEST: f64 = 1. / 1024.;
-/// Steps in which the negative curvature of contact is taken away.
-const MADE_POSITIVE: f64 = 0.25;
+/// Longest step of a node along an axis, mm: what a longer one would meet on its way is not asked for.
+const LONGEST_MM: f64 = 4.;
+/// Residual of the exact Hessian's step, as a share of the gradient, at most; less where the gradient is small.
+const INEXACT: f64 = 0.1;
+/// How far a body is pushed where its balance is not stable, mm.
+const PUSH_MM: f64 = 0.01;
+/// Times that it is pushed.
+const MOST_PUSHES: usize = 3;
 /// Share of the way to the next touch that held dofs and teeth are moved at once.
 const SAFE: f64 = 0.5;
 /// First and greatest weight of the rest stiffness where the Hessian is indefinite.
@@ -53,16 +62,14 @@ pub(super) struct Place {
 pub struct Minimum {
     pub(super) place: Place,
     pub(super) hessian: Hessian,
-    /// Share of the negative curvature of contact that had to be taken away to factorise the Hessian: 0 at a minimum
-    /// that every small push finds stable.
-    pub(super) made_positive: f64,
+    pub(super) is_stable: bool,
     pub(super) cost: SettlingCost,
 }
 
 impl Minimum {
     /// Whether the Hessian is positive definite.
     pub fn is_stable(&self) -> bool {
-        self.made_positive == 0.
+        self.is_stable
     }
 
     /// The nodes (n), mm.
@@ -83,17 +90,16 @@ impl Minimum {
 
 /// The potential and its derivatives somewhere.
 struct Here {
-    /// Gradient (n), N,
-    gradient: Vec<Vec3>,
-    /// and on the free dofs.
+    /// Gradient on the free dofs, N.
     residual: Vec<f64>,
     /// What the residual is measured against, N.
     scale: f64,
 }
 
-/// Newton's method with exact tangents: a step is shortened until the potential falls with it (Armijo) with no point
-/// inside out and no surfaces that cross, and where the Hessian is indefinite it is taken on `H + tau H_0`, `H_0` the
-/// Hessian at rest.
+/// Newton's method with exact tangents. What is factorised is the Hessian with the curvature of contact made positive,
+/// `P`, and where the tissue itself is unstable `P + tau H_0`, `H_0` the Hessian at rest; the step of the exact Hessian comes
+/// from it by conjugate gradients, once steps go their whole way. A step is shortened until the potential falls with it
+/// (Armijo) with no point inside out and no surfaces that cross.
 pub(super) struct Newton<'p> {
     potential: &'p Potential,
     /// Where the body rests without a load,
@@ -102,7 +108,7 @@ pub(super) struct Newton<'p> {
     metric: &'p Hessian,
     hessian: Hessian,
     shift: f64,
-    made_positive: f64,
+    is_stable: bool,
     cost: SettlingCost,
 }
 
@@ -114,15 +120,8 @@ impl<'p> Newton<'p> {
         metric: &'p Hessian,
         hessian: Hessian,
     ) -> Self {
-        Self {
-            potential,
-            origin,
-            metric,
-            hessian,
-            shift: 0.,
-            made_positive: 0.,
-            cost: SettlingCost::default(),
-        }
+        let cost = SettlingCost::default();
+        Self { potential, origin, metric, hessian, shift: 0., is_stable: true, cost }
     }
 
     /// The place of rest near `start` under the activations `a` (m), with the held dofs and the teeth as they are in
@@ -138,33 +137,50 @@ impl<'p> Newton<'p> {
     ) -> Result<Option<Place>, ForwardError> {
         let (mut place, mut to_go) = self.following(start, bones);
         let Some(pull) = self.pull(&place.x, a) else { return Ok(None) };
+        let (mut is_whole, mut cut, mut pushes) = (true, 0, 0);
         for _ in 0..MOST_STEPS {
             let Some(here) = self.derivatives(&place, a, pull)? else { return Ok(None) };
             let size = norm(&here.residual);
-            let is_balanced = to_go == 0. && size <= BALANCED * here.scale;
-            if is_balanced {
-                // Whether the place is stable is asked without the help that the way there took.
-                self.made_positive = 0.;
+            if to_go == 0. && size <= BALANCED * here.scale {
+                self.cost.factorisations += 1;
+                self.is_stable = self.hessian.factorise(Curvature::Exact, None);
+                if self.is_stable {
+                    return Ok(Some(place));
+                }
+                if !self.factorise() {
+                    return Ok(None);
+                }
+                match self.pushed(&place, &here, a).filter(|_| pushes < MOST_PUSHES) {
+                    Some(next) => place = next,
+                    None => return Ok(Some(place)),
+                }
+                pushes += 1;
+                continue;
             }
             if !self.factorise() {
                 return Ok(None);
             }
-            if is_balanced {
-                return Ok(Some(place));
-            }
-            let mut step = here.residual;
-            self.hessian.factor().solve_in_place(&mut step);
-            let free = self.hessian.factor().symbolic().free();
-            let slope: f64 =
-                -step.iter().zip(free).map(|(s, &dof)| s * here.gradient[dof / 3][dof % 3]).sum::<f64>();
-            let Some((next, share)) = self.line_search(&place, &step, slope, a) else {
+            let tolerance = f64::min(INEXACT, (size / here.scale).sqrt());
+            let exact = if is_whole { self.exact_step(&here, tolerance) } else { None };
+            let along = |step: Vec<f64>| self.line_search(&place, &step, &here, a);
+            let projected = || {
+                let mut step = here.residual.clone();
+                self.hessian.factor().solve_in_place(&mut step);
+                step
+            };
+            let Some((next, share)) = exact.and_then(along).or_else(|| along(projected())) else {
                 if self.shift >= SHIFT[1] {
                     return Ok(None);
                 }
                 self.shift = (8. * self.shift).max(SHIFT[0]);
                 continue;
             };
-            self.shift = if share > 0.9 { 0.1 * self.shift } else { self.shift };
+            is_whole = share > 0.9;
+            cut = if share < 0.5 { cut + 1 } else { 0 };
+            if cut == MOST_CUT {
+                return Ok(None);
+            }
+            self.shift = if is_whole { 0.1 * self.shift } else { self.shift };
             if self.shift < 0.1 * SHIFT[0] {
                 self.shift = 0.;
             }
@@ -179,7 +195,43 @@ impl<'p> Newton<'p> {
 
     /// The minimum at `place`, whose Hessian was factorised last.
     pub(super) fn minimum(self, place: Place) -> Minimum {
-        Minimum { place, hessian: self.hessian, made_positive: self.made_positive, cost: self.cost }
+        Minimum { place, hessian: self.hessian, is_stable: self.is_stable, cost: self.cost }
+    }
+
+    /// The step of the exact Hessian; `None` where the factor's own is as good.
+    fn exact_step(&self, here: &Here, tolerance: f64) -> Option<Vec<f64>> {
+        let touches = self.hessian.contact.as_ref().is_some_and(|[exact, _]| !exact.is_empty());
+        if !touches && self.shift == 0. {
+            return None;
+        }
+        let exact = self.hessian.with(Curvature::Exact);
+        match conjugate_gradients(&self.hessian, &exact, &here.residual, tolerance) {
+            Descent::Solution(step) => Some(step),
+            Descent::Curved { step, direction } => {
+                let longest = direction.iter().fold(0., |most: f64, d| most.max(d.abs()));
+                let downhill = dot(&direction, &here.residual).signum();
+                let far = downhill * PUSH_MM / longest;
+                let step = step.unwrap_or_else(|| vec![0.; direction.len()]);
+                Some(step.iter().zip(&direction).map(|(s, d)| s + far * d).collect())
+            }
+        }
+    }
+
+    /// A place beside the balanced `place` where the potential is less, along a direction of negative curvature.
+    fn pushed(&self, place: &Place, here: &Here, a: &[f64]) -> Option<Place> {
+        let exact = self.hessian.with(Curvature::Exact);
+        // Any load that has a part in every direction.
+        let load: Vec<f64> =
+            (1..=here.residual.len()).map(|k| (k as f64 * 0.618_033_988_75).fract() - 0.5).collect();
+        let Descent::Curved { direction, .. } = conjugate_gradients(&self.hessian, &exact, &load, 1e-10)
+        else {
+            return None;
+        };
+        let longest = direction.iter().fold(0., |most: f64, d| most.max(d.abs()));
+        [1., -1.].into_iter().find_map(|sign| {
+            let push: Vec<f64> = direction.iter().map(|d| sign * PUSH_MM / longest * d).collect();
+            self.line_search(place, &push, here, a).map(|(next, _)| next)
+        })
     }
 
     /// `start` with held dofs and teeth brought towards where they are in `bones`, as far as nothing crosses or turns
@@ -234,40 +286,33 @@ impl<'p> Newton<'p> {
         let reactions = gradient.iter().map(Vec3::norm_squared).sum::<f64>().sqrt();
         let free = self.hessian.factor().symbolic().free();
         let residual = free.iter().map(|&dof| gradient[dof / 3][dof % 3]).collect();
-        Ok(Some(Here { gradient, residual, scale: reactions.max(pull).max(LEAST_FORCE_N) }))
+        Ok(Some(Here { residual, scale: reactions.max(pull).max(LEAST_FORCE_N) }))
     }
 
-    /// Factorises the Hessian: with as little of the negative curvature of contact taken away as leaves it positive
-    /// definite, and with a share of the Hessian at rest where the tissue itself is unstable.
+    /// Factorises the Hessian with the curvature of contact made positive, and with a share of the Hessian at rest where
+    /// the tissue itself is unstable.
     fn factorise(&mut self) -> bool {
-        let mut made_positive =
-            if self.hessian.contact.is_some() { self.made_positive - MADE_POSITIVE } else { 0. };
-        made_positive = f64::max(made_positive, 0.);
         loop {
             self.cost.factorisations += 1;
             let is_positive = if self.shift > 0. {
                 let rest = self.hessian.of_tissue(self.potential.body(), self.origin, self.metric);
-                self.hessian.factorise(made_positive, Some((self.shift, &rest)))
+                self.hessian.factorise(Curvature::Projected, Some((self.shift, &rest)))
             } else {
-                self.hessian.factorise(made_positive, None)
+                self.hessian.factorise(Curvature::Projected, None)
             };
             if is_positive {
-                self.made_positive = made_positive;
                 return true;
             }
-            if self.hessian.contact.is_some() && made_positive < 1. {
-                made_positive = f64::min(made_positive + MADE_POSITIVE, 1.);
-            } else if self.shift < SHIFT[1] {
-                self.shift = (4. * self.shift).max(SHIFT[0]);
-            } else {
+            if self.shift >= SHIFT[1] {
                 return false;
             }
+            self.shift = (4. * self.shift).max(SHIFT[0]);
         }
     }
 
     /// Where the step `-step` (free dofs) leads from `place`, shortened until nothing crosses and the potential falls
     /// as it should, and by how much it was shortened.
-    fn line_search(&self, place: &Place, step: &[f64], slope: f64, a: &[f64]) -> Option<(Place, f64)> {
+    fn line_search(&self, place: &Place, step: &[f64], here: &Here, a: &[f64]) -> Option<(Place, f64)> {
         let free = self.hessian.factor().symbolic().free();
         let along = |share: f64| {
             let mut next = place.clone();
@@ -276,11 +321,14 @@ impl<'p> Newton<'p> {
             }
             next
         };
-        let way = self.potential.way(place, &along(1.));
+        let slope = -step.iter().zip(&here.residual).map(|(s, r)| s * r).sum::<f64>();
+        let longest = step.iter().fold(0., |most: f64, s| most.max(s.abs()));
+        let whole = (LONGEST_MM / longest).min(1.);
+        let way = self.potential.way(place, &along(whole));
         let energy = self.potential.energy(place, &way, a)?;
         // What rounding of the sum hides.
         let noise = 1e-13 * energy.abs();
-        let mut share = way.limit;
+        let mut share = whole * way.limit;
         while share >= SHORTEST {
             let next = along(share);
             if let Some(there) = self.potential.energy(&next, &way, a)
@@ -323,7 +371,7 @@ impl Potential {
         let mut hessian = Hessian::new(self.body(), self.held(), Default::default())?;
         let Hessian { pattern, tissue, .. } = &mut hessian;
         let found = self.body().derivatives(x, a, pattern, tissue);
-        if found.is_none() || !hessian.factorise(0., None) {
+        if found.is_none() || !hessian.factorise(Curvature::Exact, None) {
             return Err(ForwardError::NotPositiveDefinite);
         }
         Ok(hessian)
@@ -331,5 +379,5 @@ impl Potential {
 }
 
 fn norm(v: &[f64]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+    dot(v, v).sqrt()
 }
