@@ -44,10 +44,7 @@ impl Subject {
 /// `count` points of the skin about the mouth, each as far from the others as can be.
 fn markers(face: &Face, count: usize) -> Vec<Vec3> {
     let near = |p: &Vec3| p.x.abs() < 50. && p.y > -45. && p.y < 40. && p.z > -60.;
-    let mut nodes: Vec<usize> = face.skin.iter().copied().collect();
-    nodes.sort_unstable();
-    nodes.dedup();
-    let skin: Vec<Vec3> = nodes.iter().map(|&n| face.mesh.points[n]).filter(near).collect();
+    let skin: Vec<Vec3> = face.skin.iter().map(|&n| face.mesh.points[n]).filter(near).collect();
     let mut chosen = vec![face.landmark("cheilion_l").unwrap().site.position];
     while chosen.len() < count {
         let apart = |p: &Vec3| chosen.iter().map(|q| (p - q).norm()).fold(f64::INFINITY, f64::min);
@@ -98,7 +95,7 @@ struct Off {
 fn off(here: &Subject, other: &Subject) -> Off {
     let points: Vec<Vec3> = here.sites.iter().map(|s| s.position).collect();
     let (mut strengths, mut shapes) = (Vec::new(), Vec::new());
-    let mut near = vec![(0., 0usize); 8];
+    let mut near = [(0., 0usize); 8];
     for (k, name) in here.muscles.iter().enumerate() {
         let Some(j) = other.muscles.iter().position(|n| n == name) else { continue };
         let (f, g) = (here.response.map.column(k), other.response.map.column(j));

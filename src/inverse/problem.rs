@@ -177,7 +177,7 @@ impl Problem {
             match target.loss {
                 Loss::Squares => self.add(Part::Marker(k), displacement),
                 Loss::Huber(sigmas) => {
-                    self.add(Part::Marker(k), HuberMarker { marker: displacement, sigmas })
+                    self.add(Part::Marker(k), HuberMarker { marker: displacement, sigmas });
                 }
             }
             let (name, goal) = (marker.name.clone(), marker.goal);

@@ -63,7 +63,7 @@ pub struct DiscrepancyJson {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UnknownJson {
-    /// The muscle, or "jaw_opening_mm".
+    /// The muscle, or `jaw_opening_mm`.
     pub name: String,
     /// The answer.
     pub value: f64,
@@ -77,7 +77,7 @@ pub struct UnknownJson {
     pub sd: f64,
     /// Share of what the limits leave open that the data decide, 0 to 1.
     pub resolution: f64,
-    /// How well it is determined: "held", "determined", "roughly", "not_determined" or "not_observed".
+    /// How well it is determined: `held`, `determined`, `roughly`, `not_determined` or `not_observed`.
     pub determination: String,
     /// What it trades against, the most first.
     pub trades: Vec<String>,
