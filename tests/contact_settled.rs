@@ -77,6 +77,25 @@ fn a_groove_holds_a_node_by_both_flanks() {
 }
 
 #[test]
+fn a_point_beyond_a_horseshoe_whose_notch_passes_through_it_is_outside() {
+    // The notch between the arms ends 2 mm below their base; what it encloses there is turned inside out.
+    let polygon = [[-5., -5.], [5., -5.], [5., 5.], [1., 5.], [0., -7.], [-1., 5.], [-5., 5.]];
+    let solid = Solid::new(&prism(&polygon, [-3., 0.]));
+    let beyond = solid.project(Vec3::new(0., -8., 0.)).unwrap();
+    assert!(
+        (beyond.distance_mm - 1.).abs() < 1e-9 && (beyond.normal + Vec3::y()).norm() < 1e-9,
+        "{beyond:?}"
+    );
+    // On the middle of the notch the arms tie: away from both is up.
+    let between = solid.project(Vec3::new(0., 2., 0.)).unwrap();
+    let flank = 9. / (1. + 12f64.powi(2)).sqrt();
+    assert!((between.distance_mm - flank).abs() < 1e-9 && between.normal.x.abs() < 1e-9, "{between:?}");
+    assert!(between.normal.y > 0.99, "{between:?}");
+    let inside = solid.project(Vec3::new(-4., 0., 0.)).unwrap();
+    assert!((inside.distance_mm + 1.).abs() < 1e-9, "{inside:?}");
+}
+
+#[test]
 fn an_edge_holds_a_node_by_a_force_between_its_sides_and_lets_it_slide_off_otherwise() {
     // A ridge at the origin with sides that fall by 45 degrees.
     let polygon = [[-5., -5.], [-5., -9.], [5., -9.], [5., -5.], [0., 0.]];

@@ -26,7 +26,8 @@ pub fn surface(name: &str, bytes: &[u8]) {
 
 /// The face file or the fibres of a cube, as `name`, beside the others of the corpus.
 pub fn face(name: &str, bytes: &[u8]) {
-    let others = [("a.vtu", "vtu/ascii.vtu"), ("face.toml", "face/face.toml"), ("fibres.csv", "face/fibres.csv")];
+    let others =
+        [("a.vtu", "vtu/ascii.vtu"), ("face.toml", "face/face.toml"), ("fibres.csv", "face/fibres.csv")];
     let _ = read_face(&beside(name, bytes, &others).join("face.toml"), None);
 }
 
