@@ -89,7 +89,7 @@ struct Off {
     strength: f64,
     shape: f64,
     /// Correlation of the errors of two points by their distance, in steps of 5 mm.
-    near: Vec<f64>,
+    near: Vec<Option<f64>>,
 }
 
 fn off(here: &Subject, other: &Subject) -> Off {
@@ -118,7 +118,7 @@ fn off(here: &Subject, other: &Subject) -> Off {
         }
     }
     let rms = |x: &[f64]| (x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64).sqrt();
-    let near = near.iter().map(|(s, n)| s / (*n).max(1) as f64).collect();
+    let near = near.iter().map(|(s, n)| (*n > 0).then(|| s / *n as f64)).collect();
     Off { strength: rms(&strengths), shape: rms(&shapes), near }
 }
 
@@ -228,7 +228,9 @@ fn row(case: &Case<'_>, found: &[Held]) -> String {
 
 /// Intervals against the truth, one line an activation, the truth from left to right.
 fn figure(title: &str, found: &[Held]) -> String {
+    let title = title.replace('<', "&lt;");
     let (width, height, margin) = (640., 360., 48.);
+    let middle = height / 2.;
     let x = |v: f64| margin + v * (width - 2. * margin);
     let y = |v: f64| height - margin - v * (height - 2. * margin);
     let mut svg = format!(
@@ -236,12 +238,11 @@ fn figure(title: &str, found: &[Held]) -> String {
          <rect width='{width}' height='{height}' fill='white'/>\n\
          <text x='{margin}' y='24'>{title}</text>\n\
          <text x='{}' y='{}' text-anchor='middle'>true activation</text>\n\
-         <text x='14' y='{}' transform='rotate(-90 14 {0})' text-anchor='middle'>interval and answer</text>\n",
+         <text x='14' y='{}' transform='rotate(-90 14 {middle})' text-anchor='middle'>interval and answer</text>\n",
         width / 2.,
         height - 10.,
-        height / 2.
-    )
-    .replace("rotate(-90 14 {0})", &format!("rotate(-90 14 {})", height / 2.));
+        middle
+    );
     for tick in [0., 0.5, 1.] {
         svg += &format!(
             "<path d='M{} {}V{}M{} {}H{}' stroke='#ddd'/>\n<text x='{}' y='{}' text-anchor='middle'>{tick}</text>\n\
@@ -306,10 +307,9 @@ fn main() {
     ];
     for (a, here, b, there) in pairs {
         let Off { strength, shape, near } = off(here, there);
-        text += &format!(
-            "| {a} | {b} | {strength:.3} | {shape:.3} | {:.2}, {:.2}, {:.2}, {:.2} |\n",
-            near[2], near[3], near[4], near[5]
-        );
+        let near: Vec<String> =
+            near[2..6].iter().map(|c| c.map_or_else(|| "-".to_owned(), |c| format!("{c:.2}"))).collect();
+        text += &format!("| {a} | {b} | {strength:.3} | {shape:.3} | {} |\n", near.join(", "));
     }
     text += "\n## Recovery\n\n| face that fits <- face that was seen | markers | noise, mm | coverage, % | of those that act, % | mean width | RMSE | worst |\n\
              |---|---|---|---|---|---|---|---|\n";
