@@ -304,7 +304,8 @@ fn the_program_of_a_result_is_exported_in_three_forms_and_only_of_what_it_was_fi
         answer["activations"].as_object().expect("activations").values().filter_map(Value::as_f64).collect();
     let mut found = x[..stated.len()].to_vec();
     let mut sorted = stated.clone();
-    [&mut found, &mut sorted].map(|list| list.sort_by(f64::total_cmp));
+    found.sort_by(f64::total_cmp);
+    sorted.sort_by(f64::total_cmp);
     assert_eq!(found, sorted, "the variables are the activations first");
     for (to, parts) in [("qps", ["ROWS", "QUADOBJ", "ENDATA"]), ("qp", ["minimize", "subject to", "bounds"])]
     {
