@@ -12,8 +12,8 @@ use modiolus::face::standard::Resolution;
 use modiolus::face::{Face, Symmetry, standard};
 use modiolus::forward::{Model, Response};
 use modiolus::inverse::{
-    Bound, ContactMode, Goal, Loss, Marker, Observations, Place, Prior, Problem, Solution, Status, Target,
-    Warning,
+    Bound, ContactMode, EffortMeasure, Goal, Loss, Marker, MuscleCost, Observations, Place, Prior, Problem,
+    Solution, Status, Target, Warning,
 };
 use modiolus::io::read_face;
 use modiolus::mesh::{Locator, Site};
@@ -380,6 +380,43 @@ fn the_weight_of_the_effort_follows_the_noise() {
     let least = choice.curve.iter().map(|p| p.cross_validation).fold(f64::INFINITY, f64::min);
     let nearest = choice.curve.iter().find(|p| p.cross_validation == least).unwrap();
     assert!((choice.cross_validation / nearest.weight).log10().abs() <= 0.25, "{}", choice.cross_validation);
+}
+
+/// Two muscles pull alike; the first costs four times as much and so does a fifth of the work: a_1 c_1 = a_2 c_2.
+#[test]
+fn the_effort_of_muscles_that_cost_more_is_less() {
+    let (response, mut observed) = one_marker(&[[10., 0., 0.], [10., 0., 0.]]);
+    let mut seen = target(&DVector::from_vec(vec![5., 0., 0.]), 0.001);
+    seen.effort = 1e-3;
+    let shared = |seen: &Target, observed: &Observations| {
+        let a = solved(seen, observed, &response, ContactMode::Off).activations.values;
+        (a[0] / a[1], a[0] + a[1])
+    };
+    let (ratio, sum) = shared(&seen, &observed);
+    assert!((ratio - 1.).abs() < 1e-6 && (sum - 0.5).abs() < 1e-6);
+    observed.cost = vec![1.6, 0.4];
+    let (ratio, sum) = shared(&seen, &observed);
+    assert!((ratio - 0.25).abs() < 1e-6 && (sum - 0.5).abs() < 1e-6, "{ratio}");
+    seen.costs = vec![MuscleCost { muscle: "muscle_1".into(), factor: 2. }];
+    assert!((shared(&seen, &observed).0 - 0.5).abs() < 1e-6);
+}
+
+/// Of the standard face: what a muscle costs by force and by volume, relative to the mean.
+#[test]
+fn costs_are_those_of_the_muscles() {
+    let face = standard(&Resolution::COARSE);
+    let cost = |effort_by| {
+        let target = Target { effort: 1., effort_by, ..Target::default() };
+        Observations::resolve(&target, &face, |_| Err(0.)).unwrap().cost
+    };
+    let (force, volume) = (cost(EffortMeasure::Force), cost(EffortMeasure::Volume));
+    assert!(cost(EffortMeasure::Activation).is_empty());
+    for costs in [&force, &volume] {
+        assert!((costs.iter().sum::<f64>() / costs.len() as f64 - 1.).abs() < 1e-12);
+    }
+    let [a, b] = ["zygomaticus_major_l", "risorius_l"].map(|name| face.muscle_index(name).unwrap());
+    let by = face.muscles[a].max_force_n / face.muscles[b].max_force_n;
+    assert!((force[a] / force[b] - by * by).abs() < 1e-9 && volume[a] > volume[b]);
 }
 
 /// Electromyography, to 10 per cent, tells apart what markers cannot.

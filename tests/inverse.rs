@@ -100,7 +100,7 @@ fn every_term() -> Vec<Box<dyn Term>> {
             sigma_mm: 0.5,
         }),
         Box::new(MirroredPoints { left: 0, right: 2, sigma_mm: 0.9 }),
-        Box::new(Effort { muscles: 4, weight: 0.4 }),
+        Box::new(Effort::even(4, 0.4)),
     ]
 }
 

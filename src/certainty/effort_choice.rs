@@ -15,7 +15,7 @@ const ACCURACY: f64 = 1e-3;
 /// Iterations of Brent's methods.
 const MOST_STEPS: u64 = 60;
 
-/// Misfit against effort over the weight `w` of `w/2 sum a^2`, on the tangent of an answer, and the weights that three
+/// Misfit against effort over the weight `w` of `w/2 sum c a^2`, on the tangent of an answer, and the weights that three
 /// rules choose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffortChoice {
@@ -37,7 +37,7 @@ pub struct EffortPoint {
     pub weight: f64,
     /// Misfit in squared standard deviations.
     pub misfit: f64,
-    /// Sum of the squared activations.
+    /// Sum of the squared activations by their costs.
     pub effort: f64,
     /// Generalised cross-validation.
     pub cross_validation: f64,
@@ -47,7 +47,7 @@ pub struct EffortPoint {
 struct Regularised<'a> {
     misfit: &'a Misfit,
     bounds: &'a ActivationBounds,
-    /// Activations of the free unknowns: `muscles y + offset`.
+    /// Activations of the free unknowns by the roots of their costs: `muscles y + offset`.
     muscles: DMatrix<f64>,
     offset: DVector<f64>,
 }
@@ -55,7 +55,8 @@ struct Regularised<'a> {
 impl EffortChoice {
     pub(super) fn of(program: &TangentProgram, free: &FreeUnknowns, misfit: &Misfit) -> Option<Self> {
         let m = program.n_muscles();
-        let (muscles, offset) = (free.transform.rows(0, m).into_owned(), free.offset.rows(0, m).into_owned());
+        let root = DMatrix::from_diagonal(&program.cost.map(f64::sqrt));
+        let (muscles, offset) = (&root * free.transform.rows(0, m), &root * free.offset.rows(0, m));
         if muscles.ncols() == 0 {
             return None;
         }

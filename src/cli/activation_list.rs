@@ -12,6 +12,11 @@ pub(crate) struct Assignment {
 pub(crate) fn parse_assignment(text: &str) -> Result<Assignment, String> {
     let (name, value) =
         text.split_once('=').ok_or("write NAME=VALUE, such as zygomaticus_major_l=0.5".to_owned())?;
+    if name.trim().is_empty() {
+        return Err(
+            "there is no name before the =; write NAME=VALUE, such as zygomaticus_major_l=0.5".to_owned()
+        );
+    }
     let number: f64 =
         value.trim().parse().map_err(|_| format!("{value} is not a number; write {name}=0.5"))?;
     if !(0.0..=1.0).contains(&number) {

@@ -30,6 +30,13 @@ impl Target {
         {
             return Err(TargetError::Huber { field: "loss_sigmas".into(), value: sigmas });
         }
+        unique("costs", self.costs.iter().map(|c| c.muscle.as_str()))?;
+        for (k, cost) in self.costs.iter().enumerate() {
+            muscle_index(muscles, &cost.muscle, || format!("costs[{k}].muscle"))?;
+            if !(0.0..=Self::MOST_EFFORT).contains(&cost.factor) {
+                return Err(TargetError::Effort { field: format!("costs[{k}].factor"), value: cost.factor });
+            }
+        }
         self.check_priors(muscles)?;
         self.check_bounds(muscles)?;
         self.check_jaw_opening()?;

@@ -55,7 +55,7 @@ pub enum TargetError {
         value: f64,
     },
     /// A negative effort rewards activation.
-    #[error("{field}: the weight of the effort must be finite and not negative, not {value}")]
+    #[error("{field}: a weight of the effort must be finite and not negative, not {value}")]
     Effort {
         /// Path of the field.
         field: String,

@@ -48,8 +48,8 @@ pub use solution::{
 };
 pub use tangent_program::{FreeUnknowns, Part, TangentProgram};
 pub use target::{
-    Axis, Bound, Expected, Feature, FeatureGoal, Goal, JawOpening, Loss, Marker, MirroredPair, Place, Prior,
-    Target,
+    Axis, Bound, EffortMeasure, Expected, Feature, FeatureGoal, Goal, JawOpening, Loss, Marker, MirroredPair,
+    MuscleCost, Place, Prior, Target,
 };
 pub use term::{Row, State, Term, objective};
 pub use terms::{

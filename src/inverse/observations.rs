@@ -2,8 +2,8 @@
 
 use super::error::TargetError;
 use super::spelling::nearest;
-use super::target::{JawOpening, Place, Target};
-use crate::face::Face;
+use super::target::{EffortMeasure, JawOpening, Place, Target};
+use crate::face::{Face, Muscle, polyline_length};
 use crate::mesh::Site;
 use crate::units::Vec3;
 
@@ -21,6 +21,8 @@ pub struct Observations {
     pub features: Vec<[usize; 2]>,
     /// Points `[left, right]` of each mirrored pair.
     pub symmetry: Vec<[usize; 2]>,
+    /// What each muscle (m) costs by the target's measure of effort; empty where all cost the same.
+    pub cost: Vec<f64>,
 }
 
 impl Observations {
@@ -100,6 +102,26 @@ impl Observations {
             }
         }
         (observations.markers, observations.features, observations.symmetry) = (markers, features, symmetry);
+        observations.cost = costs(target.effort_by, face);
         Ok(observations)
     }
+}
+
+/// What each muscle of `face` costs, relative to their mean; empty where all cost the same.
+fn costs(measure: EffortMeasure, face: &Face) -> Vec<f64> {
+    let of = |muscle: &Muscle| {
+        let lengths: f64 =
+            muscle.fibres.iter().map(|fibre| polyline_length(&fibre.points, fibre.closed)).sum();
+        match measure {
+            EffortMeasure::Activation => 1.,
+            EffortMeasure::Force => muscle.max_force_n.powi(2),
+            EffortMeasure::Volume => muscle.max_force_n * lengths / muscle.fibres.len().max(1) as f64,
+        }
+    };
+    if measure == EffortMeasure::Activation {
+        return Vec::new();
+    }
+    let costs: Vec<f64> = face.muscles.iter().map(of).collect();
+    let mean = costs.iter().sum::<f64>() / costs.len().max(1) as f64;
+    costs.into_iter().map(|cost| cost / mean).collect()
 }

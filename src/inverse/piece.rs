@@ -399,7 +399,7 @@ mod tests {
         let (space, _) = walls();
         let wish =
             MarkerDisplacement { point: 0, target_mm: [Some(1.0), Some(0.7), Some(0.5)], sigma_mm: 0.5 };
-        let terms: [&dyn Term; 2] = [&wish, &Effort { muscles: 2, weight: 0.1 }];
+        let terms: [&dyn Term; 2] = [&wish, &Effort::even(2, 0.1)];
         let rest = State { observed: DVector::zeros(3), activation: DVector::zeros(2) };
         let terms = Linearisation::new(terms, &rest);
         let piece = Piece::new(&space, &Arc::new(contact.clone()), [0, 1]);

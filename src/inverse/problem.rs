@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
 use super::check::muscle_index;
@@ -105,6 +105,8 @@ pub struct Problem {
     pub(super) parts: Vec<Part>,
     /// The observed points at rest (p), mm.
     pub(super) points_mm: Vec<Vec3>,
+    /// What each muscle (m) costs in the effort.
+    pub(super) cost: DVector<f64>,
 }
 
 impl Problem {
@@ -131,6 +133,10 @@ impl Problem {
             markers: Vec::new(),
             features: Vec::new(),
             parts: Vec::new(),
+            cost: match observations.cost.is_empty() {
+                true => DVector::from_element(response.muscles.len(), 1.),
+                false => DVector::from_column_slice(&observations.cost),
+            },
             points_mm: observations.sites.iter().map(|site| site.position).collect(),
         };
         problem.add_markers(target, observations);
@@ -138,13 +144,18 @@ impl Problem {
         for (k, (pair, &[left, right])) in target.symmetry.iter().zip(&observations.symmetry).enumerate() {
             problem.add(Part::Symmetry(k), MirroredPoints { left, right, sigma_mm: pair.sigma_mm });
         }
+        for (k, cost) in target.costs.iter().enumerate() {
+            let muscle = muscle_index(&problem.muscles, &cost.muscle, || format!("costs[{k}].muscle"))?;
+            problem.cost[muscle] *= cost.factor;
+        }
         for (k, prior) in target.priors.iter().enumerate() {
             let muscle = muscle_index(&problem.muscles, &prior.muscle, || format!("priors[{k}].muscle"))?;
             problem
                 .add(Part::Prior(k), ActivationPrior { muscle, value: prior.activation, sigma: prior.sigma });
         }
         if target.effort > 0.0 {
-            problem.add(Part::Effort, Effort { muscles: response.muscles.len(), weight: target.effort });
+            let cost = problem.cost.clone();
+            problem.add(Part::Effort, Effort { weight: target.effort, cost });
         }
         for (k, bound) in target.bounds.iter().enumerate() {
             let muscle = muscle_index(&problem.muscles, &bound.muscle, || format!("bounds[{k}].muscle"))?;
@@ -331,6 +342,9 @@ fn check_shapes(
             ("response.contact.reach rows", contact.reach.nrows(), d),
             ("response.contact.reach columns", contact.reach.ncols(), c),
         ]);
+    }
+    if !observations.cost.is_empty() {
+        shapes.push(("observations.cost", observations.cost.len(), response.muscles.len()));
     }
     for (field, found, expected) in shapes {
         if found != expected {

@@ -199,7 +199,7 @@ mod tests {
             Space { observed: DMatrix::from_column_slice(3, 1, &[1.0, 0.0, 0.0]), offset: DVector::zeros(3) };
         let wish = MarkerDisplacement { point: 0, target_mm: [Some(1.0), None, None], sigma_mm: 1.0 };
         let rest = State { observed: DVector::zeros(3), activation: DVector::zeros(1) };
-        let effort = Effort { weight: 1.0, muscles: 1 };
+        let effort = Effort::even(1, 1.0);
         let terms = Linearisation::new([&wish as &dyn crate::inverse::term::Term, &effort], &rest);
         let bounds = ActivationBounds::unit(1);
         let limits: [&dyn Limit; 1] = [&bounds];

@@ -25,6 +25,10 @@ const SETTLED: f64 = 1e-12;
 /// Rise of the objective that is rounding: without it, damping would freeze the activations a square root
 /// of the rounding short of the optimum.
 const LEVEL: f64 = 1e-12;
+/// Share of the objective that a step must promise where many activations fit alike and none stays,
+const PROMISE: f64 = 1e-14;
+/// and share of the objective at rest that is none.
+const NOTHING: f64 = 1e-20;
 /// Share of the objective by which branching must improve terms that are not linear.
 const WORTH: f64 = 1e-6;
 /// Activations to start from, as shares of their range, besides the contact-free optimum.
@@ -173,9 +177,10 @@ impl Problem {
     }
 
     /// Gauss-Newton with Levenberg's damping: linearises the terms where the last answer left them until
-    /// the activations stay.
+    /// the activations stay, or, where many fit alike, until the linearised terms promise no less.
     fn relinearise(&self, mode: ContactMode, mut found: Found) -> Result<(Found, bool), ProblemError> {
         let mut value = objective(&self.terms, &found.optimum.state);
+        let nothing = NOTHING * objective(&self.terms, &self.rest());
         let mut damping = 0.0;
         for _ in 0..RELINEARISATIONS {
             let state = &found.optimum.state;
@@ -188,7 +193,11 @@ impl Problem {
             };
             let step = (&next.optimum.state.activation - &state.activation).amax();
             let next_value = objective(&self.terms, &next.optimum.state);
-            if step <= SETTLED && damping == 0.0 {
+            // A step that promises so little leaves its square.
+            let is_level = value - next.optimum.objective <= PROMISE * value + nothing;
+            if damping == 0.0
+                && (step <= SETTLED || is_level && next_value <= value * (1.0 + LEVEL) + nothing)
+            {
                 return Ok((next, true));
             }
             if next_value <= value * (1.0 + LEVEL) {

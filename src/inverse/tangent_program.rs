@@ -57,6 +57,8 @@ pub struct TangentProgram {
     pub bounds: ActivationBounds,
     /// Muscles that act together.
     pub tied: TiedPairs,
+    /// What each muscle (m) costs in the effort, relative to the others.
+    pub cost: DVector<f64>,
     /// What contact does.
     pub mode: ContactMode,
     /// The contacts; `None` where there is none or the tangent has it in itself.
@@ -102,6 +104,7 @@ impl TangentProgram {
             x: state.activation.clone(),
             bounds: problem.bounds.clone(),
             tied: problem.tied.clone(),
+            cost: problem.cost.clone(),
             mode,
             contact: problem.contact.clone().filter(|_| mode != ContactMode::Off),
             touching: touching.to_vec(),

@@ -135,6 +135,28 @@ pub enum Loss {
     Huber(f64),
 }
 
+/// What the effort of a muscle is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EffortMeasure {
+    /// Its activation: all muscles cost the same.
+    #[default]
+    Activation,
+    /// Its force: the square of its greatest force, by the mean square of all.
+    Force,
+    /// Its active volume: greatest force times the mean length of its fibres, by the mean of all; force goes with the
+    /// cross-section.
+    Volume,
+}
+
+/// What a muscle costs beside what its measure says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MuscleCost {
+    /// Muscle name.
+    pub muscle: String,
+    /// Factor on its effort, not negative.
+    pub factor: f64,
+}
+
 /// How far the jaw is open: the arc of the lower incisal point about the condylar axis, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum JawOpening {
@@ -187,8 +209,12 @@ pub struct Target {
     pub features: Vec<Feature>,
     /// Mirrored pairs.
     pub symmetry: Vec<MirroredPair>,
-    /// Weight `w` of the effort `w/2 sum a^2`, dimensionless, not negative.
+    /// Weight `w` of the effort `w/2 sum c a^2`, dimensionless, not negative.
     pub effort: f64,
+    /// What the effort of a muscle is: its share of `c`.
+    pub effort_by: EffortMeasure,
+    /// Muscles that cost more or less than their measure says.
+    pub costs: Vec<MuscleCost>,
     /// How residuals of markers count.
     pub loss: Loss,
     /// Activations that were observed.

@@ -68,7 +68,7 @@ pub fn names(m: usize) -> Vec<String> {
 pub fn observations(random: &mut Random, points: usize) -> Observations {
     let site = |node| Site::node(node, Vec3::new(random.normal(), random.normal(), random.normal()) * 20.0);
     let sites = (0..points).map(site).collect();
-    Observations { sites, markers: (0..points).collect(), features: Vec::new(), symmetry: Vec::new() }
+    Observations { sites, markers: (0..points).collect(), ..Observations::default() }
 }
 
 /// Markers at the displacements `d` (3p) with one standard deviation.

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use super::error::{TargetFileError, TargetWarning};
 use super::file::{
-    AxisName, BoundTable, Component, FeatureTable, LossName, MarkerTable, OpeningTable, OpeningValue,
-    PlaceValue, PriorTable, SymmetryTable, TargetTable,
+    AxisName, BoundTable, Component, CostTable, EffortName, FeatureTable, LossName, MarkerTable,
+    OpeningTable, OpeningValue, PlaceValue, PriorTable, SymmetryTable, TargetTable,
 };
 use super::lines::FieldLines;
 use crate::face::{Jaw, JawRange};
 use crate::inverse::{
-    Axis, Bound, Expected, Feature, FeatureGoal, Goal, JawOpening, Loss, Marker, MirroredPair, Place, Prior,
-    Target,
+    Axis, Bound, EffortMeasure, Expected, Feature, FeatureGoal, Goal, JawOpening, Loss, Marker, MirroredPair,
+    MuscleCost, Place, Prior, Target,
 };
 use crate::io::Location;
 use crate::units::Vec3;
@@ -57,6 +57,12 @@ impl<'a> Checker<'a> {
             features,
             symmetry: self.each("symmetry", &table.symmetry, Self::symmetry)?,
             effort: self.effort(table.effort)?,
+            effort_by: match table.effort_by {
+                None | Some(EffortName::Activation) => EffortMeasure::Activation,
+                Some(EffortName::Force) => EffortMeasure::Force,
+                Some(EffortName::Volume) => EffortMeasure::Volume,
+            },
+            costs: self.costs(&table.costs)?,
             loss: self.loss(table.loss, table.loss_sigmas)?,
             priors: self.priors(&table.priors)?,
             bounds: self.bounds(&table.bounds)?,
@@ -191,6 +197,14 @@ impl<'a> Checker<'a> {
             }
         }
         Ok(())
+    }
+
+    fn costs(&mut self, tables: &[CostTable]) -> Checked<Vec<MuscleCost>> {
+        self.once_a_muscle("costs", tables.iter().map(|table| &table.muscle))?;
+        self.each("costs", tables, |check, at, table| {
+            let factor = check.not_negative(&format!("{at}.factor"), table.factor)?;
+            Ok(MuscleCost { muscle: table.muscle.clone(), factor })
+        })
     }
 
     fn priors(&mut self, tables: &[PriorTable]) -> Checked<Vec<Prior>> {

@@ -36,6 +36,11 @@ pub(super) struct TargetTable {
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub(super) effort: f64,
+    /// What the effort of a muscle is: "activation", its force by "force", or its active "volume"; "activation" when absent.
+    pub(super) effort_by: Option<EffortName>,
+    /// Muscles whose effort counts more or less than that.
+    #[serde(default, alias = "cost")]
+    pub(super) costs: Vec<CostTable>,
     /// How residuals of markers count: "squares", or "huber", which an outlier cannot turn; "squares" when absent.
     pub(super) loss: Option<LossName>,
     /// Standard deviations at which Huber's loss turns from squares to a line, 0.1 to 100; 3 when absent.
@@ -123,6 +128,17 @@ pub(super) struct PriorTable {
     /// Standard deviation in units of activation, more than 0.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) sigma: f64,
+}
+
+/// What one muscle, or all that a pattern names, cost beside what their measure says.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CostTable {
+    /// Muscle by name, or a pattern with one star such as "platysma_*".
+    pub(super) muscle: String,
+    /// Factor on its effort, 0 or more.
+    #[schemars(range(min = 0.0))]
+    pub(super) factor: f64,
 }
 
 /// Limits of one activation, or of all that a pattern names.
@@ -219,6 +235,14 @@ impl fmt::Display for PlaceValue {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
+pub(super) enum EffortName {
+    Activation,
+    Force,
+    Volume,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub(super) enum LossName {
     Squares,
     Huber,
@@ -233,8 +257,13 @@ pub(super) enum AxisName {
 }
 
 /// The lists that may also be written in the singular, `[[marker]]`.
-pub(super) const SINGULAR: [(&str, &str); 4] =
-    [("marker", "markers"), ("feature", "features"), ("prior", "priors"), ("bound", "bounds")];
+pub(super) const SINGULAR: [(&str, &str); 5] = [
+    ("marker", "markers"),
+    ("feature", "features"),
+    ("cost", "costs"),
+    ("prior", "priors"),
+    ("bound", "bounds"),
+];
 
 fn accept_singular_names(schema: &mut Schema) {
     let Some(properties) = schema.get_mut("properties").and_then(|p| p.as_object_mut()) else {

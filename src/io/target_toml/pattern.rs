@@ -4,7 +4,7 @@ use super::error::TargetFileError;
 use super::{FieldLines, TargetDocument};
 
 impl TargetDocument {
-    /// The same target with the patterns in its bounds, priors and tied pairs replaced by the muscles that
+    /// The same target with the patterns in its bounds, costs, priors and tied pairs replaced by the muscles that
     /// they name.
     ///
     /// An entry by name wins over one by pattern, and a later pattern over an earlier one. In a tied
@@ -22,6 +22,8 @@ impl TargetDocument {
             |bound| &mut bound.muscle,
             &mut expanded.lines,
         )?;
+        expanded.target.costs =
+            self.expand(muscles, "costs", &self.target.costs, |cost| &mut cost.muscle, &mut expanded.lines)?;
         expanded.target.priors = self.expand(
             muscles,
             "priors",
