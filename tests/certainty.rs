@@ -92,6 +92,19 @@ fn muscles_that_pull_alike_trade_against_each_other() {
     assert_eq!(found.unknowns[3].to_string(), "held at 20 %");
 }
 
+#[test]
+fn where_every_muscle_is_held_there_is_nothing_to_determine() {
+    let (response, observed) = one_marker(&[[10., 0., 0.], [0., 8., 0.]]);
+    let mut seen = target(&DVector::from_vec(vec![5., 4., 0.]), 0.5);
+    let held = |k: usize| Bound { muscle: format!("muscle_{k}"), min: 0.5, max: 0.5 };
+    seen.bounds = vec![held(0), held(1)];
+    let found = certainty(&solved(&seen, &observed, &response, ContactMode::Off), Discrepancy::ANATOMY);
+    assert!(
+        found.unknowns.iter().all(|u| u.determination == Determination::Held && u.min == 0.5 && u.max == 0.5)
+    );
+    assert!(found.effort.is_none() && found.condition == 1.);
+}
+
 /// Gibbs sampling of the normal distribution with precision `h` and mean `mean`, truncated to [0, 1]: an algorithm that has
 /// nothing in common with the one under test.
 fn gibbs(
@@ -387,7 +400,7 @@ fn the_weight_of_the_effort_follows_the_noise() {
 fn the_effort_of_muscles_that_cost_more_is_less() {
     let (response, mut observed) = one_marker(&[[10., 0., 0.], [10., 0., 0.]]);
     let mut seen = target(&DVector::from_vec(vec![5., 0., 0.]), 0.001);
-    seen.effort = 1e-3;
+    seen.effort = 1.;
     let shared = |seen: &Target, observed: &Observations| {
         let a = solved(seen, observed, &response, ContactMode::Off).activations.values;
         (a[0] / a[1], a[0] + a[1])

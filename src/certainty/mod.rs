@@ -160,10 +160,17 @@ impl Certainty {
             let part = |sign: f64, value: f64| {
                 let f: DVector<f64> = (unit(left) + unit(right) * sign) / 2.;
                 let held = (free.offset[left] + sign * free.offset[right]) / 2.;
-                match feasible.range(&f) {
-                    Some(range) => [value, (range.min + held).min(value), (range.max + held).max(value)],
-                    None => [value; 3],
-                }
+                let (min, max) = match feasible.range(&f) {
+                    Some(range) => (range.min, range.max),
+                    // What the bounds leave, where no program converges; a held pair has no width.
+                    None => f
+                        .iter()
+                        .zip(free.bounds.min.iter().zip(free.bounds.max.iter()))
+                        .fold((0., 0.), |(min, max), (f, (lo, hi))| {
+                            (min + (f * lo).min(f * hi), max + (f * lo).max(f * hi))
+                        }),
+                };
+                [value, (min + held).min(value), (max + held).max(value)]
             };
             let least_odd = least_odd.as_ref().map(|odd| odd[pair]);
             SideCertainty { name, even: part(1., (l + r) / 2.), odd: part(-1., (l - r) / 2.), least_odd }
@@ -171,7 +178,10 @@ impl Certainty {
         let sides = sides.collect();
         // The target weighs its effort against `sigma_mm` alone.
         let plain = Misfit::of(program, &free, &Discrepancy::NONE, &DVector::zeros(m));
-        let (most, least) = (misfit.singular.max(), misfit.singular.min());
+        let [most, least] = match misfit.singular.is_empty() {
+            true => [1.; 2],
+            false => [misfit.singular.max(), misfit.singular.min()],
+        };
         let is_full = misfit.singular.len() == free.transform.ncols() && least > NEGLIGIBLE * most;
         Some(Self {
             discrepancy,
