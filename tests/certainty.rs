@@ -395,7 +395,7 @@ fn the_weight_of_the_effort_follows_the_noise() {
     assert!((choice.cross_validation / nearest.weight).log10().abs() <= 0.25, "{}", choice.cross_validation);
 }
 
-/// Two muscles pull alike; the first costs four times as much and so does a fifth of the work: a_1 c_1 = a_2 c_2.
+/// Two muscles pull alike; the first costs four times as much and so does a fifth of the work: `a_1 c_1 = a_2 c_2`.
 #[test]
 fn the_effort_of_muscles_that_cost_more_is_less() {
     let (response, mut observed) = one_marker(&[[10., 0., 0.], [10., 0., 0.]]);

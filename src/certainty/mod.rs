@@ -1,6 +1,6 @@
 //! What the data determine of an answer, and what they leave open.
 //!
-//! [`TangentProgram`](crate::inverse::TangentProgram) -> misfit in the measure of its noise -> the unknowns that it allows
+//! [`TangentProgram`] -> misfit in the measure of its noise -> the unknowns that it allows
 //! (intervals) and their distribution (posterior) -> [`Certainty`].
 
 mod design;
