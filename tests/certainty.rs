@@ -12,8 +12,8 @@ use modiolus::face::standard::Resolution;
 use modiolus::face::{Face, Symmetry, standard};
 use modiolus::forward::{Model, Response};
 use modiolus::inverse::{
-    Bound, ContactMode, EffortMeasure, Goal, Loss, Marker, MuscleCost, Observations, Place, Prior, Problem,
-    Solution, Status, Target, Warning,
+    Bound, ContactMode, EffortMeasure, Goal, LimitKind, Loss, Marker, MuscleCost, Observations, Place, Prior,
+    Problem, Solution, Status, Target, Warning,
 };
 use modiolus::io::read_face;
 use modiolus::mesh::{Locator, Site};
@@ -61,6 +61,57 @@ fn one_muscle_has_the_interval_of_its_noise() {
     let sd = found.unknowns[0].sd;
     let expected = (0.05f64.powi(2) + (0.4f64.powi(2) + sd * sd) * 0.04).sqrt();
     assert!((sd / expected - 1.).abs() < 0.05, "{sd} {expected}");
+}
+
+/// Two markers of one component each want 2 and 6 mm of a muscle that moves both alike: residuals of 2 mm at sigma 0.5 have
+/// a misfit of 32 with one degree of freedom, so that the noise is raised by its root.
+#[test]
+fn residuals_that_noise_does_not_explain_raise_it() {
+    let mut random = Random(2);
+    let response = Response {
+        muscles: vec!["muscle".into()],
+        jaw: None,
+        map: DMatrix::from_column_slice(6, 1, &[10., 0., 0., 10., 0., 0.]),
+        offset: DVector::zeros(6),
+        contact: None,
+    };
+    let mut seen = target(&DVector::zeros(6), 0.5);
+    for (marker, x) in seen.markers.iter_mut().zip([2., 6.]) {
+        marker.goal = Goal::Displacement([Some(x), None, None]);
+    }
+    let found = certainty(
+        &solved(&seen, &observations(&mut random, 2), &response, ContactMode::Off),
+        Discrepancy::NONE,
+    );
+    assert!((found.noise_factor - 32f64.sqrt()).abs() < 1e-6, "{}", found.noise_factor);
+    let half = 1.959_963_985 * 0.5 * 32f64.sqrt() / (200f64).sqrt();
+    assert!((found.unknowns[0].max - (0.4 + half)).abs() < 1e-5, "{:?}", found.unknowns[0]);
+}
+
+/// One marker of one component: what a cap would gain is the slope of the residual by the cap, whatever the effort is.
+#[test]
+fn the_gain_of_a_cap_is_the_slope_of_the_residual() {
+    let (response, observed) = one_marker(&[[10., 0., 0.]]);
+    let mut seen = target(&DVector::from_vec(vec![8., 0., 0.]), 0.5);
+    seen.markers[0].goal = Goal::Displacement([Some(8.), None, None]);
+    seen.effort = 40.;
+    let capped = |max: f64| {
+        let bounds = vec![Bound { muscle: "muscle_0".into(), min: 0., max }];
+        solved(&Target { bounds, ..seen.clone() }, &observed, &response, ContactMode::Off)
+    };
+    let solution = capped(0.3);
+    let cap = &solution.active_limits[0];
+    assert_eq!((cap.kind, cap.name.as_str()), (LimitKind::Cap, "muscle_0 <= 0.3"));
+    // The effort takes its part of the multiplier: (10 x 5 / 0.25 - 40 x 0.3), by sigma^2 / residual.
+    let expected = (10. * 5. / 0.25 - 40. * 0.3) * 0.25 / 5.;
+    assert!((cap.gain_mm.unwrap() - expected).abs() < 1e-6, "{cap:?}");
+    assert!((solution.explained.unwrap() - (1. - 25. / 64.)).abs() < 1e-9);
+    // A muscle that would have to push is told apart.
+    seen.markers[0].goal = Goal::Displacement([Some(-8.), None, None]);
+    let pushed = solved(&seen, &observed, &response, ContactMode::Off);
+    assert_eq!(pushed.active_limits[0].kind, LimitKind::AtRest);
+    let unreachable = |w: &Warning| matches!(w, Warning::Unreachable { limits, .. } if limits.is_empty());
+    assert!(pushed.warnings.iter().any(unreachable), "{:?}", pushed.warnings);
 }
 
 #[test]

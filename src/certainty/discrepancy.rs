@@ -65,3 +65,24 @@ impl Discrepancy {
         covariance
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two points 10 mm apart, moved by 3 and 4 mm in different directions by one muscle whose expected square is 1/4.
+    #[test]
+    fn the_covariance_is_that_of_a_strength_and_of_a_field() {
+        let map = DMatrix::from_column_slice(6, 1, &[3., 0., 0., 0., 4., 0.]);
+        let points = [Vec3::zeros(), Vec3::new(0., 10., 0.)];
+        let off = Discrepancy { strength: 0.2, shape: 0.6, length_mm: 10. };
+        let found = off.covariance(&points, &map, &DVector::from_element(1, 0.25));
+        // Of the field: (0.6 x 3)^2 / 4 over the three directions together.
+        let field: f64 = (0..3).map(|k| found[(k, k)]).sum::<f64>() - 0.04 * 0.25 * 9.;
+        assert!((field - 0.36 * 9. / 4.).abs() < 1e-12, "{field}");
+        // Across: the strength alone between x here and y there, the field alone between x here and x there.
+        assert!((found[(0, 4)] - 0.04 * 0.25 * 12.).abs() < 1e-12);
+        assert!((found[(0, 3)] - 0.12 * 0.25 * 12. * (-0.5f64).exp()).abs() < 1e-12);
+        assert!((&found - found.transpose()).amax() < 1e-15);
+    }
+}

@@ -86,7 +86,10 @@ pub(super) fn solution(
         rms_mm: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len().max(1) as f64).sqrt(),
         max_mm: residuals.iter().copied().fold(0.0, f64::max),
     };
-    let gain = (residual.rms_mm > 0. && value > 0.).then(|| residual.rms_mm / (2. * value));
+    // The markers' own share of the objective goes with the square of their residuals.
+    let fits = problem.markers.iter().zip(&markers);
+    let own: f64 = fits.filter_map(|(aim, fit)| Some(0.5 * (fit.residual_mm? / aim.sigma_mm).powi(2))).sum();
+    let gain = (residual.rms_mm > 0. && own > 0.).then(|| residual.rms_mm / (2. * own));
     let active_limits = active_limits(problem, mode, found, point, gain);
     let mut contact = contact.map(|c| contact_report(c, &state, &forces)).unwrap_or_default();
     if let Some(bound) = bound {

@@ -157,7 +157,11 @@ fn published() -> Vec<PublishedJson> {
             [-3.85, 2.71],
             "Angle Orthod 87:96 (2017), n 30",
         ),
-        limit("difference that lay people notice", [0., 3.], "Angle Orthod 87:96 (2017)"),
+        limit(
+            "difference of the corners of the mouth up to which observers see none",
+            [0., 3.],
+            "Chu 2011, 10.1001/archfacial.2010.101; Hohman 2014, n 145, 10.1002/lary.24331",
+        ),
     ]
 }
 
