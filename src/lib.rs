@@ -11,7 +11,10 @@ pub mod inverse;
 pub mod io;
 pub mod mesh;
 pub mod qp;
+pub mod recording;
+pub mod registration;
 pub mod render;
+pub mod report;
 pub mod study;
 pub mod units;
 

@@ -4,13 +4,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Chapters and what each may import; `cli` is the program, the others are the library.
-const ARROWS: [(&str, &[&str]); 12] = [
+const ARROWS: [(&str, &[&str]); 15] = [
     (
         "cli",
         &[
+            "report",
             "render",
             "io",
             "study",
+            "registration",
+            "recording",
             "certainty",
             "inverse",
             "forward",
@@ -22,8 +25,55 @@ const ARROWS: [(&str, &[&str]); 12] = [
         ],
     ),
     ("render", &["forward", "face", "contact", "mesh", "units"]),
-    ("io", &["study", "certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
-    ("study", &["certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
+    (
+        "report",
+        &[
+            "render",
+            "io",
+            "study",
+            "recording",
+            "certainty",
+            "inverse",
+            "forward",
+            "face",
+            "contact",
+            "mesh",
+            "units",
+        ],
+    ),
+    (
+        "io",
+        &[
+            "study",
+            "registration",
+            "recording",
+            "certainty",
+            "inverse",
+            "forward",
+            "face",
+            "contact",
+            "mesh",
+            "qp",
+            "units",
+        ],
+    ),
+    (
+        "study",
+        &[
+            "registration",
+            "recording",
+            "certainty",
+            "inverse",
+            "forward",
+            "face",
+            "contact",
+            "mesh",
+            "qp",
+            "units",
+        ],
+    ),
+    ("registration", &["forward", "face", "contact", "mesh", "units"]),
+    ("recording", &["certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
     ("certainty", &["inverse", "face", "qp", "units"]),
     ("inverse", &["forward", "face", "contact", "mesh", "qp", "units"]),
     ("forward", &["face", "contact", "mesh", "qp", "units"]),

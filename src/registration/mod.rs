@@ -1,0 +1,1 @@
+//! A patient's face: the standard face matched to a scan.

@@ -1,0 +1,1 @@
+//! Results to look at and to open elsewhere: the page, the plots, scenes for other programs.
