@@ -53,18 +53,29 @@ pub fn contact_forces_near(
     activation: &DVector<f64>,
     nearby: Option<&Touching>,
 ) -> Result<(DVector<f64>, Touching), ContactError> {
-    let free_gap = &contact.gap + &contact.approach * activation;
-    let compliance = &contact.compliance;
+    forces_holding(&contact.compliance, &(&contact.gap + &contact.approach * activation), nearby)
+}
+
+/// The forces `lambda` (c), N, with `0 <= lambda  _|_  v + S lambda >= 0` for the `compliance` `S` (c x c, mm/N) and the gaps
+/// `v` (c, mm) without them, and the contacts that hold them, sought from those `nearby`.
+///
+/// # Errors
+/// As [`contact_forces`].
+pub fn forces_holding(
+    compliance: &DMatrix<f64>,
+    free_gap: &DVector<f64>,
+    nearby: Option<&Touching>,
+) -> Result<(DVector<f64>, Touching), ContactError> {
     let start = match nearby {
         Some(touching) => touching.clone(),
         None => Touching::new(compliance, (0..free_gap.len()).filter(|&i| free_gap[i] < 0.0)),
     };
     let found =
-        exchange(compliance, &free_gap, start.clone()).or_else(|| descend(compliance, &free_gap, start));
+        exchange(compliance, free_gap, start.clone()).or_else(|| descend(compliance, free_gap, start));
     if let Some(found) = found {
         return Ok(found);
     }
-    let forces = program(compliance, &free_gap)?;
+    let forces = program(compliance, free_gap)?;
     let touching = Touching::new(compliance, (0..forces.len()).filter(|&i| forces[i] > 0.0));
     Ok((forces, touching))
 }

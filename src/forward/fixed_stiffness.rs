@@ -136,6 +136,15 @@ impl<'m> FixedStiffness<'m> {
         response
     }
 
+    /// What bones at `pose`, in place of where they are, do without activation and contact forces: displacements (d) of
+    /// `sites` and changes of the gaps of the model's pairs (c), mm. No factorisation.
+    pub fn moved_by(&self, pose: &Pose, sites: &[Site]) -> (DVector<f64>, DVector<f64>) {
+        let values = self.model.stiffness_at(&self.activation);
+        let bones = MovedBones::new(self.model, &values, &self.cholesky, pose.clone());
+        let gaps = DVector::from_vec(bones.gap_changes(self.model, self.model.pairs()));
+        (observed(sites, &bones.lift), gaps)
+    }
+
     /// Change of the gaps of `pairs` (c) by the moved bones without activation and contact forces, mm.
     pub(super) fn gap_changes(&self, pairs: &[Pair]) -> DVector<f64> {
         match &self.bones {

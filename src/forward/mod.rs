@@ -30,7 +30,7 @@ pub use active_stress::active_stress_forces;
 pub use assembly::assemble;
 pub use cell_muscles::cell_muscles;
 pub use cholesky::{Cholesky, SymbolicFactor};
-pub use contact_forces::{ContactError, contact_forces, contact_forces_near};
+pub use contact_forces::{ContactError, contact_forces, contact_forces_near, forces_holding};
 pub use deformation::Deformation;
 pub use element::{Element, ElementStiffness, IntegrationPoint};
 pub use error::ForwardError;

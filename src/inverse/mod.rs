@@ -25,7 +25,7 @@ mod residual_curvature;
 mod sequential;
 mod solution;
 mod solve;
-mod spelling;
+pub(crate) mod spelling;
 mod tangent_program;
 mod target;
 mod term;

@@ -4,7 +4,7 @@
 const OFFERED: usize = 3;
 
 /// The `choices` nearest to `name` by Levenshtein distance, best first.
-pub(super) fn nearest<'a>(name: &str, choices: impl Iterator<Item = &'a str>) -> Vec<String> {
+pub(crate) fn nearest<'a>(name: &str, choices: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut ranked: Vec<(usize, &str)> = choices.map(|choice| (distance(name, choice), choice)).collect();
     ranked.sort_unstable();
     ranked.dedup();

@@ -7,6 +7,7 @@ use clarabel::solver::{
 use nalgebra::DVector;
 
 use super::extreme::EllipsoidInBox;
+use super::staged::{StagePoint, StagedPoint, StagedProblem};
 use super::{Point, Problem};
 
 /// How the solver is asked; the later ones are for programs on which the earlier ones stall.
@@ -174,6 +175,75 @@ pub(super) fn solve(problem: &Problem, effort: Effort) -> Outcome {
         _ if point.is_finite() => Outcome::Point(point),
         _ => Outcome::Failed,
     }
+}
+
+/// A point of `problem`, not yet believed; `None` when the solver has none.
+pub(super) fn solve_staged(problem: &StagedProblem) -> Option<StagedPoint> {
+    let (f, n) = (problem.stages.len(), problem.n_variables());
+    let mut hessian: Vec<Vec<(usize, f64)>> = Vec::with_capacity(f * n);
+    for (t, stage) in problem.stages.iter().enumerate() {
+        let links = [t.checked_sub(1).and_then(|s| problem.links.get(s)), problem.links.get(t)];
+        for j in 0..n {
+            let mut column = Vec::new();
+            if let Some(link) = links[0] {
+                column.push(((t - 1) * n + j, -link.weight[j]));
+            }
+            let joined: f64 = links.iter().flatten().map(|link| link.weight[j]).sum();
+            column.extend(
+                (0..=j).map(|i| (t * n + i, stage.hessian[(i, j)] + if i == j { joined } else { 0. })),
+            );
+            hessian.push(column);
+        }
+    }
+    let linear: Vec<f64> = problem.stages.iter().flat_map(|s| s.linear.iter().copied()).collect();
+    // Rows: those of each stage, its upper and its lower bounds, then those of the links.
+    let mut columns = vec![Vec::new(); f * n];
+    let mut value = Vec::new();
+    for (t, stage) in problem.stages.iter().enumerate() {
+        for (k, &limit) in stage.limits.iter().enumerate() {
+            (0..n).for_each(|j| columns[t * n + j].push((value.len(), stage.rows[(k, j)])));
+            value.push(limit);
+        }
+        for (bounds, sign) in [(&stage.upper, 1.), (&stage.lower, -1.)] {
+            for j in 0..n {
+                columns[t * n + j].push((value.len(), sign));
+                value.push(sign * bounds[j]);
+            }
+        }
+    }
+    for (t, link) in problem.links.iter().enumerate() {
+        for row in &link.rows {
+            columns[t * n + row.variable].push((value.len(), row.before));
+            columns[(t + 1) * n + row.variable].push((value.len(), row.after));
+            value.push(row.limit);
+        }
+    }
+    let (hessian, matrix) = (csc(f * n, &hessian), csc(value.len(), &columns));
+    let cones = [NonnegativeConeT(value.len())];
+    for effort in Effort::ALL {
+        let Ok(mut solver) =
+            DefaultSolver::new(&hessian, &linear, &matrix, &value, &cones, effort.settings())
+        else {
+            continue;
+        };
+        solver.solve();
+        let solution = &solver.solution;
+        if !matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved) {
+            continue;
+        }
+        let mut multipliers = solution.z.iter().copied();
+        let mut take = |count: usize| DVector::from_iterator(count, multipliers.by_ref().take(count));
+        let stages = problem.stages.iter().enumerate().map(|(t, stage)| {
+            let x = DVector::from_column_slice(&solution.x[t * n..][..n]);
+            let rows = take(stage.limits.len());
+            let upper = take(n);
+            StagePoint { x, rows, upper, lower: take(n) }
+        });
+        let stages = stages.collect();
+        let links = problem.links.iter().map(|link| take(link.rows.len()).as_slice().to_vec()).collect();
+        return Some(StagedPoint { stages, links });
+    }
+    None
 }
 
 /// The point of `set` with the least `f'x`, and the multipliers (k) of its ball.

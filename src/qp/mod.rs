@@ -13,6 +13,8 @@ mod problem;
 mod rescue;
 mod scaling;
 mod solution;
+mod staged;
+mod staged_active_set;
 mod unbounded;
 
 pub use certificate::{Certificate, TOLERANCE};
@@ -21,6 +23,8 @@ pub use infeasible::Infeasible;
 pub use point::Point;
 pub use problem::{Data, Problem, ProblemError};
 pub use solution::{Answer, Solution};
+pub use staged::{Link, LinkRow, Stage, StagePoint, StagedPoint, StagedProblem};
+pub use staged_active_set::{StagedActiveSet, StagedSolution, solve_staged};
 pub use unbounded::Unbounded;
 
 /// Residual up to which a proof of infeasibility or unboundedness is believed, dimensionless.

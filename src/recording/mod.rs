@@ -1,6 +1,24 @@
 //! Recordings: measured markers over time, and the activations behind them.
+//!
+//! [`Recording`] and [`MarkerMap`] -> [`Subject`] (each marker a point of the face) -> [`Movement`] (the head held still) ->
+//! [`Tracker`] (activations and jaw of every frame).
 
+mod error;
+mod head;
+mod marker_map;
+
+mod mechanism;
+mod movement;
 #[expect(clippy::module_inception, reason = "one noun a file")]
 mod recording;
+mod subject;
+mod tracker;
 
+pub use error::{OffSkinMarker, SubjectError};
+pub use head::HeadMotion;
+pub use marker_map::{Dynamics, JawFreedom, MappedMarker, MarkerMap, MarkerPlace, Neutral, OffSkin};
+pub use mechanism::{JAW_UNKNOWNS, Mechanism};
+pub use movement::{LabelSwap, Movement};
 pub use recording::{Recording, RecordingError};
+pub use subject::{BoundMarker, OFF_SKIN_MM, Subject, SubjectWarning};
+pub use tracker::{FrameStatus, TrackedFrame, Tracker};

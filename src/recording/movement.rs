@@ -1,0 +1,120 @@
+//! How the markers move on the face, the head held still.
+
+use super::error::SubjectError;
+use super::head::HeadMotion;
+use super::recording::Recording;
+use super::subject::Subject;
+use crate::units::Vec3;
+
+/// Two markers are swapped only if each jumps by more than this, mm,
+const JUMP_MM: f64 = 3.;
+/// and both together come closer than this share of that when exchanged.
+const SWAPPED_SHARE: f64 = 0.4;
+/// Time, s, after which a marker's last place says nothing.
+const MEMORY_S: f64 = 0.5;
+
+/// Two labels that were exchanged in some frames.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LabelSwap {
+    /// The labels.
+    pub labels: [String; 2],
+    /// First and last frame, from 0.
+    pub frames: [usize; 2],
+}
+
+/// Displacements of the bound markers in the frame of the face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Movement {
+    /// Of each frame (f) and bound marker (b), frame by frame: the displacement from neutral, mm on the face; `None` where it
+    /// or the head was not seen.
+    pub displacement_mm: Vec<Option<Vec3>>,
+    /// Labels that were found exchanged, and exchanged back.
+    pub swaps: Vec<LabelSwap>,
+    /// How the head moves.
+    pub head: HeadMotion,
+}
+
+impl Movement {
+    /// That of the markers of `subject` in `recording`.
+    ///
+    /// # Errors
+    /// [`SubjectError::TooFewStable`].
+    pub fn of(recording: &Recording, subject: &Subject) -> Result<Self, SubjectError> {
+        let head = HeadMotion::of(recording, subject)?;
+        let frames = recording.times_s().len();
+        let m = recording.names().len();
+        let at: Vec<Option<Vec3>> = (0..frames)
+            .flat_map(|frame| {
+                let to_neutral = head.to_neutral[frame];
+                recording.frame(frame).iter().map(move |p| Some(to_neutral?.apply((*p)?)))
+            })
+            .collect();
+        let (at, swaps) = unswapped(recording, subject, at);
+        let displacement = |frame: usize| {
+            let row = &at[frame * m..][..m];
+            subject.bound.iter().map(move |b| row[b.marker].map(|p| subject.alignment.turn(p - b.neutral_mm)))
+        };
+        let displacement_mm = (0..frames).flat_map(displacement).collect();
+        Ok(Self { displacement_mm, swaps, head })
+    }
+
+    /// Displacements of the bound markers (b) in a frame, mm.
+    ///
+    /// # Panics
+    /// If there is no such frame.
+    pub fn frame(&self, frame: usize) -> &[Option<Vec3>] {
+        let b = self.displacement_mm.len() / self.head.to_neutral.len();
+        &self.displacement_mm[frame * b..][..b]
+    }
+}
+
+/// The positions `at` (f x m) with labels exchanged back where two markers jump into each other's places.
+///
+/// A marker is expected where it was last seen, or at its neutral place. Where two are each far from there and near where
+/// the other was, their labels were exchanged.
+fn unswapped(
+    recording: &Recording,
+    subject: &Subject,
+    mut at: Vec<Option<Vec3>>,
+) -> (Vec<Option<Vec3>>, Vec<LabelSwap>) {
+    let m = recording.names().len();
+    let times_s = recording.times_s();
+    let mut last: Vec<Option<(f64, Vec3)>> = vec![None; m];
+    let mut swaps: Vec<LabelSwap> = Vec::new();
+    for (frame, &time_s) in times_s.iter().enumerate() {
+        let row = &mut at[frame * m..][..m];
+        let expected: Vec<Option<Vec3>> = (0..m)
+            .map(|k| {
+                last[k].filter(|(t, _)| time_s - t <= MEMORY_S).map(|(_, p)| p).or(subject.neutral_mm[k])
+            })
+            .collect();
+        let far = |row: &[Option<Vec3>], k: usize| Some((row[k]? - expected[k]?).norm());
+        let jumped: Vec<usize> = (0..m).filter(|&k| far(row, k).is_some_and(|d| d > JUMP_MM)).collect();
+        let mut done: Vec<usize> = Vec::new();
+        for (n, &i) in jumped.iter().enumerate() {
+            for &j in &jumped[n + 1..] {
+                if done.contains(&i) || done.contains(&j) {
+                    continue;
+                }
+                let (Some(a), Some(b), Some(p), Some(q)) = (row[i], row[j], expected[i], expected[j]) else {
+                    continue;
+                };
+                let (stated, exchanged) = ((a - p).norm() + (b - q).norm(), (a - q).norm() + (b - p).norm());
+                if exchanged >= SWAPPED_SHARE * stated {
+                    continue;
+                }
+                row.swap(i, j);
+                done.extend([i, j]);
+                let labels = [subject.labels[i].clone(), subject.labels[j].clone()];
+                match swaps.iter_mut().rev().find(|s| s.labels == labels) {
+                    Some(swap) if swap.frames[1] + 1 == frame => swap.frames[1] = frame,
+                    _ => swaps.push(LabelSwap { labels, frames: [frame; 2] }),
+                }
+            }
+        }
+        for (last, p) in last.iter_mut().zip(row.iter()) {
+            *last = p.map(|p| (time_s, p)).or(*last);
+        }
+    }
+    (at, swaps)
+}
