@@ -139,10 +139,19 @@ impl<'m> FixedStiffness<'m> {
     /// What bones at `pose`, in place of where they are, do without activation and contact forces: displacements (d) of
     /// `sites` and changes of the gaps of the model's pairs (c), mm. No factorisation.
     pub fn moved_by(&self, pose: &Pose, sites: &[Site]) -> (DVector<f64>, DVector<f64>) {
-        let values = self.model.stiffness_at(&self.activation);
-        let bones = MovedBones::new(self.model, &values, &self.cholesky, pose.clone());
+        let bones = self.bones_at(pose);
         let gaps = DVector::from_vec(bones.gap_changes(self.model, self.model.pairs()));
         (observed(sites, &bones.lift), gaps)
+    }
+
+    /// Displacement (3n), mm, with bones at `pose`, in place of where they are, without activation and contact forces.
+    pub fn lifted_by(&self, pose: &Pose) -> Vec<f64> {
+        self.bones_at(pose).lift
+    }
+
+    fn bones_at(&self, pose: &Pose) -> MovedBones {
+        let values = self.model.stiffness_at(&self.activation);
+        MovedBones::new(self.model, &values, &self.cholesky, pose.clone())
     }
 
     /// Change of the gaps of `pairs` (c) by the moved bones without activation and contact forces, mm.

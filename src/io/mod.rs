@@ -18,6 +18,7 @@ mod junit;
 mod lines;
 mod location;
 mod map_npz;
+mod marker_map_toml;
 mod mesh_document;
 mod mesh_file;
 mod mesh_file_error;
@@ -37,6 +38,7 @@ mod sha256;
 mod solution_json;
 mod standing;
 mod stl;
+mod sto;
 mod suite_json;
 mod surface_file;
 mod symmetry_json;
@@ -44,6 +46,11 @@ mod target_files;
 mod target_toml;
 mod tetgen;
 mod text;
+mod track_blocks;
+mod track_json;
+#[cfg(feature = "parquet")]
+mod track_parquet;
+mod track_tables;
 mod vtk;
 mod write_error;
 
@@ -66,6 +73,9 @@ pub use input_file::{InputFile, UnreadableText};
 pub use junit::junit_text;
 pub use location::Location;
 pub use map_npz::{MapFileError, MapNpz};
+pub use marker_map_toml::{
+    MarkerMapDocument, MarkerMapError, marker_map_schema, parse_marker_map, read_marker_map,
+};
 pub use mesh_document::{MeshDocument, MeshFileWarning, NoSet};
 pub use mesh_file::{parse_mesh, read_mesh, read_mesh_document};
 pub use mesh_file_error::{MAX_ID, MeshFileError, MeshFileErrorKind};
@@ -79,6 +89,7 @@ pub use solution_json::{
     RelaxationEndWord, ResidualJson, SolutionJson, StatusWord, TargetJson, solution_schema,
 };
 pub use standing::Standing;
+pub use sto::sto_text;
 pub use suite_json::{SuiteJson, SuiteTargetJson, VerdictWord, suite_schema};
 pub use surface_file::{parse_surface, read_surface};
 pub use symmetry_json::{MiddleJson, PairJson, PublishedJson, SymmetryJson, given_side, symmetry_schema};
@@ -86,5 +97,10 @@ pub use target_files::{SuiteError, read_targets};
 pub use target_toml::{
     FieldLines, TargetDocument, TargetFileError, TargetWarning, parse_target, read_target, target_schema,
 };
+pub use track_blocks::TrackBlocks;
+pub use track_json::{
+    AlignmentJson, BoundJson, HeadJson, MetJson, OutlierJson, SwapJson, TrackJson, track_schema,
+};
+pub use track_tables::{TrackTable, frames_csv, residuals_csv};
 pub use vtk::{VtuData, vtu_text, write_vtu};
 pub use write_error::{WriteError, WriteErrorKind};

@@ -2,7 +2,6 @@
 
 use thiserror::Error;
 
-use crate::forward::ForwardError;
 use crate::units::counted;
 
 /// A marker off the skin.
@@ -82,14 +81,6 @@ pub enum SubjectError {
         /// How many there are.
         found: usize,
     },
-    /// The jaw is to move, and the face has none.
-    #[error(
-        "the map lets the jaw move, but the face has no `[jaw]`; add it to the face, or write `jaw = false`"
-    )]
-    NoJaw,
-    /// The face cannot be solved.
-    #[error(transparent)]
-    Forward(#[from] ForwardError),
 }
 
 fn did_you_mean(nearest: &[String]) -> String {

@@ -36,6 +36,10 @@ impl HeadMotion {
     /// # Errors
     /// [`SubjectError::TooFewStable`].
     pub fn of(recording: &Recording, subject: &Subject) -> Result<Self, SubjectError> {
+        if subject.head_is_still {
+            let to_neutral = vec![Some(Similarity::identity()); recording.times_s().len()];
+            return Ok(Self { stable: Vec::new(), to_neutral, interpolated: Vec::new(), rms_mm: 0. });
+        }
         let stable = match subject.stable.is_empty() {
             true => rigid(recording, subject),
             false => subject.stable.clone(),

@@ -95,6 +95,8 @@ pub struct MarkerMap {
     pub neutral: Neutral,
     /// Labels that move with the skull; empty: they are found by their rigidity, above the base of the nose.
     pub stable: Vec<String>,
+    /// The head's own movement was taken away already: it is still.
+    pub head_is_still: bool,
     /// Scale from the subject to the face; `None`: it is found.
     pub scale: Option<f64>,
     /// What becomes of markers off the skin.
@@ -116,6 +118,7 @@ impl Default for MarkerMap {
             ignore: Vec::new(),
             neutral: Neutral::Span([0., 0.]),
             stable: Vec::new(),
+            head_is_still: false,
             scale: None,
             off_skin: OffSkin::default(),
             sigma_mm: 0.5,

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::marker_map::JawFreedom;
-use crate::face::{Jaw, Pose, RigidMotion};
+use crate::face::{Face, Jaw, Pose, RigidMotion};
 use crate::forward::{ContactError, ContactResponse, FixedStiffness, Touching, forces_holding};
 use crate::mesh::Site;
 use crate::units::Vec3;
@@ -104,7 +104,7 @@ impl Mechanism {
     }
 
     /// The jaw's opening, protrusion and shift to the left at `x` (n), mm.
-    pub fn jaw_mm(&self, x: &DVector<f64>) -> Option<[f64; 3]> {
+    pub fn jaw_mm(&self, x: &[f64]) -> Option<[f64; 3]> {
         let m = self.muscles.len();
         self.jaw.as_ref().map(|Hinge { freedom, .. }| {
             [x[m] * freedom.opening_mm, x[m + 1] * freedom.protrusion_mm, x[m + 2] * freedom.lateral_mm]
@@ -168,6 +168,24 @@ impl Mechanism {
         touching.solve(&mut forces);
         let observed = &self.observed + contact.reach.select_columns(held) * &forces;
         TouchingPiece { touching, observed, forces }
+    }
+
+    /// The forces of all contacts (c), N, at the unknowns `x` (n); none without contact.
+    ///
+    /// # Errors
+    /// [`ContactError`] when no forces keep the gaps open.
+    pub fn contact_forces(&self, x: &[f64]) -> Result<Vec<f64>, ContactError> {
+        let Some(contact) = &self.contact else { return Ok(Vec::new()) };
+        let free = &contact.gaps * self.features(&DVector::from_column_slice(x));
+        Ok(forces_holding(&contact.compliance, &free, None)?.0.as_slice().to_vec())
+    }
+
+    /// Where the jaw of `face` is at the unknowns `x` (n).
+    pub fn pose(&self, face: &Face, x: &[f64]) -> Pose {
+        let (Some([opening, forward, left]), Some(jaw)) = (self.jaw_mm(x), &face.jaw) else {
+            return Pose::rest();
+        };
+        Pose::rest().with(&jaw.bone, jaw.motion(opening).then_by(Vec3::new(left, 0., forward)))
     }
 
     /// Force (N) of each contact that touches, gap (mm) of each that does not (c), at the features `xi`.

@@ -11,7 +11,9 @@ mod mechanism;
 mod movement;
 #[expect(clippy::module_inception, reason = "one noun a file")]
 mod recording;
+mod region;
 mod subject;
+mod track;
 mod tracker;
 
 pub use error::{OffSkinMarker, SubjectError};
@@ -21,4 +23,5 @@ pub use mechanism::{JAW_UNKNOWNS, Mechanism};
 pub use movement::{LabelSwap, Movement};
 pub use recording::{Recording, RecordingError};
 pub use subject::{BoundMarker, OFF_SKIN_MM, Subject, SubjectWarning};
+pub use track::{Met, Outlier, TrackSummary};
 pub use tracker::{FrameStatus, TrackedFrame, Tracker};

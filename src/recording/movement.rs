@@ -58,6 +58,16 @@ impl Movement {
         Ok(Self { displacement_mm, swaps, head })
     }
 
+    /// Every `step`th frame of it.
+    #[must_use]
+    pub fn every(&self, step: usize) -> Self {
+        let frames = (0..self.head.to_neutral.len()).step_by(step.max(1));
+        let displacement_mm = frames.clone().flat_map(|f| self.frame(f).iter().copied()).collect();
+        let to_neutral = frames.map(|f| self.head.to_neutral[f]).collect();
+        let head = HeadMotion { to_neutral, interpolated: Vec::new(), ..self.head.clone() };
+        Self { displacement_mm, swaps: Vec::new(), head }
+    }
+
     /// Displacements of the bound markers (b) in a frame, mm.
     ///
     /// # Panics

@@ -1,14 +1,15 @@
 //! A subject's markers on a face.
 
 use std::collections::{BTreeMap, HashSet};
+use std::fmt;
 
-use super::error::{OffSkinMarker, SubjectError};
+use super::error::{OffSkinMarker, SubjectError, listed};
 use super::marker_map::{MarkerMap, MarkerPlace, Neutral, OffSkin};
 use super::recording::Recording;
 use crate::face::{Face, Similarity};
 use crate::inverse::spelling;
 use crate::mesh::{Locator, Site};
-use crate::units::Vec3;
+use crate::units::{Vec3, counted};
 
 /// How far off the skin a marker's neutral place may lie to be projected to it, mm.
 pub const OFF_SKIN_MM: f64 = 5.;
@@ -50,6 +51,8 @@ pub enum SubjectWarning {
     NoNeutral(Vec<String>),
     /// Landmarks of the subject far from those of the face.
     Unlike(Vec<OffSkinMarker>),
+    /// The face has no jaw joint: its jaw rests.
+    NoJaw,
     /// Two labels fit better exchanged in all frames; they were exchanged.
     Swapped {
         /// The labels.
@@ -59,6 +62,40 @@ pub enum SubjectWarning {
         /// The same when exchanged.
         exchanged_mm: f64,
     },
+}
+
+impl fmt::Display for SubjectWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LeftOut(markers) => write!(
+                f,
+                "{} farther than {OFF_SKIN_MM} mm off the skin, left out: {}; map them to landmarks, or to points of the face",
+                counted(markers.len(), "marker"),
+                listed(markers)
+            ),
+            Self::NoNeutral(labels) => write!(
+                f,
+                "{} without a neutral position, left out: {}; state neutral frames that see them",
+                counted(labels.len(), "marker"),
+                labels.join(", ")
+            ),
+            Self::Unlike(markers) => write!(
+                f,
+                "{} more than {UNLIKE_MM} mm from where the face has the landmark: {}; check the labels, or register a face \
+                 of the subject",
+                counted(markers.len(), "marker"),
+                listed(markers)
+            ),
+            Self::NoJaw => f.write_str(
+                "the face has no jaw joint, so that its jaw rests; add `[jaw]` to the face where the subject's moves",
+            ),
+            Self::Swapped { labels: [a, b], as_stated_mm, exchanged_mm } => write!(
+                f,
+                "`{a}` and `{b}` are {as_stated_mm:.1} mm from the face's landmarks as they are labelled and {exchanged_mm:.1} mm \
+                 when exchanged: they were exchanged in all frames; check the labels"
+            ),
+        }
+    }
 }
 
 /// A subject brought to a face: where each marker sits on it, and the map from the subject's millimetres to the face's.
@@ -76,6 +113,8 @@ pub struct Subject {
     pub labels: Vec<String>,
     /// Markers that move with the skull, by their place in the recording; empty: to be found.
     pub stable: Vec<usize>,
+    /// Whether the head's own movement was taken away already.
+    pub head_is_still: bool,
     /// Markers that may be found to be stable: all above the base of the nose.
     pub above: Vec<usize>,
     /// What is odd.
@@ -190,10 +229,24 @@ impl Subject {
         if !without.is_empty() {
             warnings.push(SubjectWarning::NoNeutral(without));
         }
+        if map.jaw.is_some() && face.jaw.is_none() {
+            warnings.push(SubjectWarning::NoJaw);
+        }
         if !unlike.is_empty() {
             warnings.push(SubjectWarning::Unlike(unlike));
         }
-        Ok(Self { alignment, alignment_rms_mm, bound, neutral_mm, labels, stable, above, warnings })
+        let head_is_still = map.head_is_still;
+        Ok(Self {
+            alignment,
+            alignment_rms_mm,
+            bound,
+            neutral_mm,
+            labels,
+            stable,
+            head_is_still,
+            above,
+            warnings,
+        })
     }
 }
 
@@ -239,9 +292,6 @@ fn check_names(recording: &Recording, map: &MarkerMap, face: &Face) -> Result<()
             let (label, landmark) = (label.clone(), landmark.clone());
             return Err(SubjectError::UnknownLandmark { label, landmark, nearest });
         }
-    }
-    if map.jaw.is_some() && face.jaw.is_none() {
-        return Err(SubjectError::NoJaw);
     }
     Ok(())
 }

@@ -85,7 +85,8 @@ pub struct Tracker<'a> {
     /// `1/sigma` of each component (d), 1/mm.
     weights: DVector<f64>,
     effort: f64,
-    dynamics: Dynamics,
+    /// `None` where frames do not follow each other.
+    dynamics: Option<Dynamics>,
 }
 
 /// A frame on the way.
@@ -111,7 +112,8 @@ struct Weighted {
 }
 
 impl<'a> Tracker<'a> {
-    /// That of the `movement` of the markers of `subject`, seen at `times_s`, whose depth counts `depth_weight` of the rest.
+    /// That of the `movement` of the markers of `subject`, seen at `times_s`, whose depth counts `depth_weight` of the rest;
+    /// without `dynamics` each frame stands for itself.
     pub fn new(
         mechanism: &'a Mechanism,
         subject: &Subject,
@@ -119,7 +121,7 @@ impl<'a> Tracker<'a> {
         times_s: &'a [f64],
         depth_weight: f64,
         effort: f64,
-        dynamics: Dynamics,
+        dynamics: Option<Dynamics>,
     ) -> Self {
         let axis = [1., 1., depth_weight];
         let weights = subject.bound.iter().flat_map(|b| axis.map(|w| w / b.sigma_mm));
@@ -245,7 +247,9 @@ impl<'a> Tracker<'a> {
     fn link(&self, frame: usize) -> Link {
         let (m, n) = (self.mechanism.muscles.len(), self.mechanism.n_unknowns());
         let dt = self.times_s[frame + 1] - self.times_s[frame];
-        let Dynamics { change_per_root_s, rise_s, fall_s } = self.dynamics;
+        let Some(Dynamics { change_per_root_s, rise_s, fall_s }) = self.dynamics else {
+            return Link { weight: DVector::zeros(n), rows: Vec::new() };
+        };
         let weight = DVector::from_element(n, 1. / (change_per_root_s.powi(2) * dt));
         let (rise, fall) = ((-dt / rise_s).exp(), (-dt / fall_s).exp());
         // 1 - a' >= rise (1 - a),  a' >= fall a.

@@ -1,0 +1,307 @@
+//! `modiolus track`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use modiolus::io::{
+    AlignmentJson, BoundJson, FileSet, HeadJson, MetJson, OutlierJson, ReadOptions, RecordingDocument, SwapJson,
+    TrackBlocks, TrackJson, TrackTable, VtuData, frames_csv, read_marker_map, read_recording, residuals_csv, sha256,
+    vtu_text,
+};
+use modiolus::recording::{FrameStatus, MarkerMap, Met, Neutral, TrackSummary, TrackedFrame};
+use modiolus::study::{HeldStiffness, Track};
+use modiolus::units::counted;
+
+use super::Outcome;
+use super::arguments::{ContactMode, TrackOptions};
+use super::error::CliError;
+use super::export::keep_inputs;
+use super::load::{LoadedFace, input_name, load};
+use super::progress::{Progress, say};
+
+/// The files of a track.
+const FILES: [&str; 6] =
+    ["activations.csv", "activations.parquet", "activations.sto", "frames.csv", "residuals.csv", "summary.json"];
+/// The list of the series and what its files begin with.
+const SERIES: [&str; 2] = ["series.pvd", "frame_"];
+
+pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
+    let mut progress = Progress::new();
+    let Read { document, map, mut inputs } = progress.step("read_recording", || read(options))?;
+    let loaded = load(&options.face, &mut progress)?.with_strength(options.strength);
+    inputs.extend(loaded.inputs.clone());
+    keep_inputs(&inputs, FILES.map(|name| options.out.join(name)))?;
+    let track = progress
+        .step("prepare", || {
+            let has_contact = options.contact != ContactMode::Off;
+            Track::new(&loaded.face, &document.recording, map, options.stiffness, has_contact)
+        })
+        .map_err(|error| CliError::Track { recording: options.recording.clone(), error: Box::new(error) })?;
+
+    let key = key(options, &loaded, &inputs)?;
+    let blocks = TrackBlocks::new(&options.out, &key);
+    let frames = fit(&track, &blocks, &mut progress)?;
+    let summary = progress.step("sum_up", || track.summary(&loaded.face, &frames));
+
+    let mut set = FileSet::new(&options.out);
+    let table = TrackTable::of(&track, &frames);
+    set.put("activations.csv", table.csv().into_bytes());
+    set.put("activations.sto", table.sto().into_bytes());
+    #[cfg(feature = "parquet")]
+    set.put("activations.parquet", table.parquet().map_err(CliError::Parquet)?);
+    set.put("frames.csv", frames_csv(&track, &frames, document.recording.frame_names()).into_bytes());
+    set.put("residuals.csv", residuals_csv(&track, &frames).into_bytes());
+    if let Some(every) = options.series {
+        progress.step("series", || put_series(&mut set, &track, &frames, &loaded, every.into()))?;
+    }
+    for old in old_series(&options.out) {
+        set.without(&old);
+    }
+    let mut json = json(options, &document, &loaded, &track, &table, &summary, inputs);
+    json.timings_s = progress.timings_s();
+    json.files = set.sha256();
+    let text = json.to_text()?;
+    set.put("summary.json", text.clone().into_bytes());
+    let written = set.write()?;
+    blocks.remove();
+    say(&format!("wrote {} to {}", counted(written.len(), "file"), options.out.display()));
+    let solved = summary.frames[&FrameStatus::Ok] > 0 && summary.frames[&FrameStatus::NotSolved] == 0;
+    Ok(Outcome { text: if options.json { text } else { told(options, &json) }, solved })
+}
+
+/// What is read before the face.
+struct Read {
+    document: RecordingDocument,
+    map: MarkerMap,
+    /// SHA-256 of each file, by its name.
+    inputs: BTreeMap<String, String>,
+}
+
+fn read(options: &TrackOptions) -> Result<Read, CliError> {
+    let mut inputs = BTreeMap::new();
+    let (mut map, neutral_file) = match &options.map {
+        Some(path) => {
+            let document = read_marker_map(path)?;
+            inputs.insert(input_name(path), document.sha256.clone());
+            (document.map, document.neutral_file)
+        }
+        None => (MarkerMap::default(), None),
+    };
+    let mut put = |document: &RecordingDocument| {
+        inputs.extend(document.files.iter().map(|file| (input_name(&file.path), file.sha256.clone())));
+    };
+    if let Some(path) = &neutral_file {
+        let neutral = read_recording(path, &ReadOptions { unit: options.unit, ..ReadOptions::default() })?;
+        put(&neutral);
+        let recording = &neutral.recording;
+        let seen = recording.names().iter().zip(recording.frame(0));
+        map.neutral = Neutral::Positions(seen.filter_map(|(label, p)| Some((label.clone(), (*p)?))).collect());
+    }
+    let read = ReadOptions { unit: options.unit, rate_hz: options.rate_hz, neutral: neutral_file.as_deref() };
+    let document = read_recording(&options.recording, &read)?;
+    put(&document);
+    Ok(Read { document, map, inputs })
+}
+
+/// Everything on which the frames depend, as one fingerprint.
+fn key(
+    options: &TrackOptions,
+    loaded: &LoadedFace,
+    inputs: &BTreeMap<String, String>,
+) -> Result<String, CliError> {
+    let TrackOptions { strength, stiffness, contact, unit, rate_hz, .. } = options;
+    let version = env!("CARGO_PKG_VERSION");
+    let contents: Vec<&String> = inputs.values().collect();
+    let all = format!(
+        "{version} {} {} {strength} {stiffness:?} {contact:?} {unit:?} {rate_hz:?} {}",
+        loaded.name,
+        options.map.is_some(),
+        serde_json::to_string(&contents)?
+    );
+    Ok(sha256(all.as_bytes()))
+}
+
+/// All frames; those of blocks that are kept already are not fitted again.
+fn fit(track: &Track, blocks: &TrackBlocks, progress: &mut Progress) -> Result<Vec<TrackedFrame>, CliError> {
+    let total = track.times_s().len();
+    let failed = Mutex::new(None);
+    let has_failed = AtomicBool::new(false);
+    let frames = progress.counted_step("track", total, "frames", |done| {
+        track.fit_all(|block| {
+            // Nothing more can be kept: what is left is not worth fitting.
+            if has_failed.load(Ordering::Relaxed) {
+                return Vec::new();
+            }
+            let frames = blocks.load(block).unwrap_or_else(|| {
+                let frames = track.fit(block.clone());
+                if let Err(error) = blocks.save(block, &frames) {
+                    has_failed.store(true, Ordering::Relaxed);
+                    failed.lock().unwrap_or_else(|e| e.into_inner()).get_or_insert(error);
+                }
+                frames
+            });
+            done(block.len());
+            frames
+        })
+    });
+    match failed.into_inner().unwrap_or_else(|e| e.into_inner()) {
+        Some(error) => Err(error.into()),
+        None => Ok(frames),
+    }
+}
+
+/// Every `every`th frame as VTU, and a PVD that says when each is.
+fn put_series(
+    set: &mut FileSet,
+    track: &Track,
+    frames: &[TrackedFrame],
+    loaded: &LoadedFace,
+    every: usize,
+) -> Result<(), CliError> {
+    let shown: Vec<usize> = (0..frames.len()).step_by(every).collect();
+    let unknowns: Vec<&[f64]> = shown.iter().map(|&f| frames[f].unknowns.as_slice()).collect();
+    let fields = track.displacements(&unknowns).map_err(|error| CliError::Displacements(Box::new(error)))?;
+    let mut pvd = String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n");
+    for (&frame, displacement) in shown.iter().zip(fields) {
+        let name = format!("{}{frame:06}.vtu", SERIES[1]);
+        let data = VtuData { point_vectors: [("displacement".to_owned(), displacement)].into(), ..VtuData::default() };
+        set.put(&name, vtu_text(name.as_ref(), &loaded.face.mesh, &data)?.into_bytes());
+        let time_s = track.times_s()[frame];
+        pvd += &format!("<DataSet timestep=\"{time_s}\" part=\"0\" file=\"{name}\"/>\n");
+    }
+    pvd += "</Collection>\n</VTKFile>\n";
+    set.put(SERIES[0], pvd.into_bytes());
+    Ok(())
+}
+
+/// Files of an older series in `out`.
+fn old_series(out: &Path) -> Vec<String> {
+    let names = std::fs::read_dir(out).into_iter().flatten().filter_map(|e| e.ok()?.file_name().into_string().ok());
+    let is_of_series = |name: &String| {
+        let number = name.strip_prefix(SERIES[1]).and_then(|n| n.strip_suffix(".vtu"));
+        name == SERIES[0] || number.is_some_and(|n| n.bytes().all(|b| b.is_ascii_digit()))
+    };
+    names.filter(is_of_series).collect()
+}
+
+fn json(
+    options: &TrackOptions,
+    document: &RecordingDocument,
+    loaded: &LoadedFace,
+    track: &Track,
+    table: &TrackTable,
+    summary: &TrackSummary,
+    inputs: BTreeMap<String, String>,
+) -> TrackJson {
+    let m = track.held.len();
+    let range = |k: usize| {
+        let values = || table.rows.iter().map(|row| row[k]);
+        let mean = values().sum::<f64>() / table.rows.len() as f64;
+        [values().fold(f64::INFINITY, f64::min), mean, values().fold(f64::NEG_INFINITY, f64::max)]
+    };
+    let muscles = &track.mechanism.muscles;
+    let mut warnings: Vec<String> = document.warnings.iter().map(ToString::to_string).collect();
+    warnings.extend(track.subject.warnings.iter().map(ToString::to_string));
+    warnings.extend(track.movement.swaps.iter().map(|swap| {
+        let [a, b] = &swap.labels;
+        let [from, to] = swap.frames;
+        format!("`{a}` and `{b}` were exchanged in frames {from} to {to}, and exchanged back; check the labels there")
+    }));
+    let times_s = track.times_s();
+    TrackJson {
+        recording: input_name(&options.recording),
+        face: loaded.name.clone(),
+        strength: options.strength,
+        contact_mode: options.contact.name().to_owned(),
+        frames: times_s.len(),
+        from_s: times_s.first().copied().unwrap_or_default(),
+        to_s: times_s.last().copied().unwrap_or_default(),
+        statuses: summary.frames.iter().map(|(status, n)| (status.name().to_owned(), *n)).collect(),
+        all: MetJson::from(&summary.all),
+        regions: summary.regions.iter().map(|(name, met)| (name.clone(), MetJson::from(met))).collect(),
+        markers: BoundJson::of(track, summary),
+        alignment: AlignmentJson::of(track),
+        head: HeadJson::of(track),
+        swaps: track.movement.swaps.iter().map(SwapJson::from).collect(),
+        outliers: summary
+            .outliers
+            .iter()
+            .map(|o| OutlierJson { frame: o.frame, marker: o.marker.clone(), residual_mm: o.residual_mm })
+            .collect(),
+        held_stiffness: muscles.iter().cloned().zip(track.held.iter().copied()).collect(),
+        activations: muscles.iter().cloned().zip((0..m).map(range)).collect(),
+        jaw_opening_mm: track.mechanism.jaw().map(|_| range(m)),
+        certificate: summary.certificate,
+        warnings,
+        face_warnings: loaded.warnings.clone(),
+        timings_s: BTreeMap::new(),
+        inputs,
+        files: BTreeMap::new(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+    }
+}
+
+fn told(options: &TrackOptions, json: &TrackJson) -> String {
+    let mut text = format!(
+        "{} on {}: {} from {:.2} to {:.2} s\n",
+        json.recording,
+        json.face,
+        counted(json.frames, "frame"),
+        json.from_s,
+        json.to_s
+    );
+    let statuses: Vec<String> =
+        json.statuses.iter().filter(|(_, n)| **n > 0).map(|(status, n)| format!("{n} {status}")).collect();
+    text += &format!("frames: {}\n", statuses.join(", "));
+    text += &format!(
+        "head: scale {:.3} to the face, landmarks {:.1} mm off, followed by {} to {:.2} mm\n",
+        json.alignment.scale,
+        json.alignment.rms_mm,
+        counted(json.head.stable.len(), "marker"),
+        json.head.rms_mm
+    );
+    text += "\nregion          markers x frames   moved mm   residual mm   explained\n";
+    let mut row = |name: &str, met: &Met| {
+        let explained = met.explained.map_or("      -".to_owned(), |share| format!("{:5.0} %", 100. * share));
+        text += &format!(
+            "{:15} {:16} {:10.2} {:13.2}     {explained}\n",
+            name.replace('_', " "),
+            met.observations,
+            met.movement_mm,
+            met.rms_mm
+        );
+    };
+    let met = |m: &MetJson| Met {
+        observations: m.observations,
+        rms_mm: m.rms_mm,
+        movement_mm: m.movement_mm,
+        explained: m.explained,
+    };
+    json.regions.iter().for_each(|(name, m)| row(name, &met(m)));
+    row("all", &met(&json.all));
+    let width = json.activations.keys().map(String::len).max().unwrap_or(0);
+    text += &format!("\n{:width$}   activation, per cent: least   mean   most\n", "muscle");
+    for (muscle, [least, mean, most]) in &json.activations {
+        text += &format!("{muscle:width$} {:29.0} {:6.0} {:6.0}\n", 100. * least, 100. * mean, 100. * most);
+    }
+    if let Some([least, mean, most]) = json.jaw_opening_mm {
+        text += &format!("{:width$} {least:29.1} {mean:6.1} {most:6.1}\n", "jaw opening, mm");
+    }
+    if !json.outliers.is_empty() {
+        let mut by_marker: BTreeMap<&str, usize> = BTreeMap::new();
+        json.outliers.iter().for_each(|o| *by_marker.entry(&o.marker).or_default() += 1);
+        let named: Vec<String> = by_marker.iter().map(|(marker, n)| format!("{marker} ({n})")).collect();
+        text += &format!(
+            "\nleft out as outliers, {}: {}; {} names the frames\n",
+            counted(json.outliers.len(), "time"),
+            named.join(", "),
+            options.out.join("frames.csv").display()
+        );
+    }
+    for warning in &json.warnings {
+        text += &format!("warning: {warning}\n");
+    }
+    text
+}

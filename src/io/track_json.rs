@@ -1,0 +1,218 @@
+//! What a recording comes to, `summary.json`.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
+use serde::Serialize;
+
+use super::schema::{pretty, schema_of};
+use super::solution_json::to_text;
+use crate::recording::{BoundMarker, LabelSwap, Met, OffSkinMarker, SubjectWarning, TrackSummary};
+use crate::study::Track;
+
+/// A recording fitted, as `summary.json` states it. Lengths mm, forces N, times s, frames from 0; byte-identical from run to
+/// run apart from `timings_s`.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(title = "Modiolus track", deny_unknown_fields)]
+pub struct TrackJson {
+    /// The recording as given.
+    pub recording: String,
+    /// The face: the name of a built-in face, or the path of its face.toml as given.
+    pub face: String,
+    /// How strong the muscles were, as a multiple of the face's `max_force_n`.
+    pub strength: f64,
+    /// How lips, cheeks and teeth touch: "reactions" or "off".
+    pub contact_mode: String,
+    /// Frames and the times of the first and the last, s.
+    pub frames: usize,
+    /// Time of the first frame, s.
+    pub from_s: f64,
+    /// Time of the last frame, s.
+    pub to_s: f64,
+    /// How many frames ended how: "ok", "no_data", "underdetermined", "not_solved".
+    pub statuses: BTreeMap<String, usize>,
+    /// All markers over all frames.
+    pub all: MetJson,
+    /// By region of the face.
+    pub regions: BTreeMap<String, MetJson>,
+    /// By marker.
+    pub markers: BTreeMap<String, BoundJson>,
+    /// How the subject was brought to the face.
+    pub alignment: AlignmentJson,
+    /// How the head was followed.
+    pub head: HeadJson,
+    /// Labels found exchanged, and exchanged back.
+    pub swaps: Vec<SwapJson>,
+    /// Markers far from what the others say, which did not count.
+    pub outliers: Vec<OutlierJson>,
+    /// Activation of each muscle at which the stiffness was held, 0 to 1.
+    pub held_stiffness: BTreeMap<String, f64>,
+    /// Least, mean and greatest activation of each muscle.
+    pub activations: BTreeMap<String, [f64; 3]>,
+    /// Least, mean and greatest opening of the jaw, mm; null where it rests.
+    pub jaw_opening_mm: Option<[f64; 3]>,
+    /// Largest violation of the optimality conditions, recomputed from the programs.
+    pub certificate: f64,
+    /// What is odd.
+    pub warnings: Vec<String>,
+    /// What is odd about the face.
+    pub face_warnings: Vec<String>,
+    /// Wall time of each step, s.
+    pub timings_s: BTreeMap<String, f64>,
+    /// SHA-256 of each input file, by its name on the command line.
+    pub inputs: BTreeMap<String, String>,
+    /// SHA-256 of each other file of this result.
+    pub files: BTreeMap<String, String>,
+    /// Version of the program.
+    pub version: String,
+}
+
+/// How well markers are met.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct MetJson {
+    /// Observations: markers by frames.
+    pub observations: usize,
+    /// Root mean square of the residuals, mm.
+    pub rms_mm: f64,
+    /// Root mean square of the measured displacements, mm on the face.
+    pub movement_mm: f64,
+    /// Share of the measured movement that is explained; null where nothing moved.
+    pub explained: Option<f64>,
+}
+
+/// A marker on the face.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct BoundJson {
+    /// The landmark that it is; null where it sits between landmarks.
+    pub landmark: Option<String>,
+    /// Its point of the face at rest, mm.
+    pub at_mm: [f64; 3],
+    /// How far its aligned neutral position is from there, mm.
+    pub distance_mm: f64,
+    /// How well it is met; null where it was never seen.
+    pub met: Option<MetJson>,
+}
+
+/// How the subject was brought to the face.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct AlignmentJson {
+    /// Size of the face over that of the subject.
+    pub scale: f64,
+    /// Root mean square distance of the subject's landmarks, aligned, from the face's, mm.
+    pub rms_mm: f64,
+    /// Markers off the skin, left out, and how far off they are, mm.
+    pub left_out_mm: BTreeMap<String, Option<f64>>,
+}
+
+/// How the head was followed.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct HeadJson {
+    /// The markers that move with the skull.
+    pub stable: Vec<String>,
+    /// Root mean square distance of these from their neutral places once the head's movement is taken away, mm.
+    pub rms_mm: f64,
+    /// Frames in which its place was interpolated.
+    pub interpolated: usize,
+    /// Frames in which it is not known.
+    pub unknown: usize,
+}
+
+/// Labels that were exchanged.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct SwapJson {
+    /// The labels.
+    pub labels: [String; 2],
+    /// First and last frame, from 0.
+    pub frames: [usize; 2],
+}
+
+/// A marker far from what the others say.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct OutlierJson {
+    /// The frame, from 0.
+    pub frame: usize,
+    /// The marker.
+    pub marker: String,
+    /// How far it is from where the others put it, mm.
+    pub residual_mm: f64,
+}
+
+impl From<&Met> for MetJson {
+    fn from(met: &Met) -> Self {
+        let Met { observations, rms_mm, movement_mm, explained } = *met;
+        Self { observations, rms_mm, movement_mm, explained }
+    }
+}
+
+impl From<&LabelSwap> for SwapJson {
+    fn from(swap: &LabelSwap) -> Self {
+        Self { labels: swap.labels.clone(), frames: swap.frames }
+    }
+}
+
+impl BoundJson {
+    /// By label each marker of `track` that is on the face, and how well it is met.
+    pub fn of(track: &Track, summary: &TrackSummary) -> BTreeMap<String, Self> {
+        let one = |b: &BoundMarker| {
+            let p = b.site.position;
+            let met = summary.markers.get(&b.label).map(MetJson::from);
+            let (landmark, distance_mm) = (b.landmark.clone(), b.distance_mm);
+            (b.label.clone(), Self { landmark, at_mm: [p.x, p.y, p.z], distance_mm, met })
+        };
+        track.subject.bound.iter().map(one).collect()
+    }
+}
+
+impl AlignmentJson {
+    /// That of `track`.
+    pub fn of(track: &Track) -> Self {
+        let subject = &track.subject;
+        let left_out = subject.warnings.iter().find_map(|w| match w {
+            SubjectWarning::LeftOut(markers) => Some(markers),
+            _ => None,
+        });
+        let distance =
+            |m: &OffSkinMarker| (m.label.clone(), m.distance_mm.is_finite().then_some(m.distance_mm));
+        Self {
+            scale: subject.alignment.scale,
+            rms_mm: subject.alignment_rms_mm,
+            left_out_mm: left_out.into_iter().flatten().map(distance).collect(),
+        }
+    }
+}
+
+impl HeadJson {
+    /// That of `track`.
+    pub fn of(track: &Track) -> Self {
+        let head = &track.movement.head;
+        Self {
+            stable: head.stable.iter().map(|&k| track.subject.labels[k].clone()).collect(),
+            rms_mm: head.rms_mm,
+            interpolated: head.interpolated.len(),
+            unknown: head.to_neutral.iter().filter(|h| h.is_none()).count(),
+        }
+    }
+}
+
+impl TrackJson {
+    /// The text of the file.
+    ///
+    /// # Errors
+    /// When it cannot be put together.
+    pub fn to_text(&self) -> serde_json::Result<String> {
+        to_text(self)
+    }
+}
+
+/// The JSON schema of `summary.json`, as in `schemas/track.schema.json`.
+pub fn track_schema() -> String {
+    let settings = SchemaSettings::draft2020_12().for_serialize();
+    pretty(&schema_of::<TrackJson>(settings))
+}
