@@ -1,6 +1,6 @@
 //! What a camera saw: marker positions over time.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use crate::units::Vec3;
 
@@ -11,6 +11,7 @@ pub struct Recording {
     times_s: Vec<f64>,
     positions_mm: Vec<Option<Vec3>>,
     depth_weight: f64,
+    frame_names: Vec<String>,
 }
 
 /// Why marker positions are no recording.
@@ -45,6 +46,17 @@ pub enum RecordingError {
         frame: usize,
         /// The marker's name.
         marker: String,
+    },
+    /// Two frames are called the same.
+    #[error("two frames are called `{0}`; give each its own name")]
+    DuplicateFrame(String),
+    /// The names of frames are not as many as the frames.
+    #[error("{frames} frames cannot have {names} names")]
+    FrameNames {
+        /// Times.
+        frames: usize,
+        /// Names of frames.
+        names: usize,
     },
     /// The numbers of names, times and positions do not agree.
     #[error("{frames} frames of {markers} markers need {} positions, not {positions}", .frames * .markers)]
@@ -102,7 +114,7 @@ impl Recording {
             let marker = names[at % names.len()].clone();
             return Err(RecordingError::NotFinite { frame: at / names.len(), marker });
         }
-        Ok(Self { names, times_s, positions_mm, depth_weight: 1. })
+        Ok(Self { names, times_s, positions_mm, depth_weight: 1., frame_names: Vec::new() })
     }
 
     /// The same, where what the camera says of depth (z) counts `weight` times as much as across, in (0, 1]: a single camera
@@ -110,6 +122,21 @@ impl Recording {
     #[must_use]
     pub fn with_depth_weight(self, weight: f64) -> Self {
         Self { depth_weight: weight, ..self }
+    }
+
+    /// The same, with its frames called `names` (f): expressions or poses rather than moments of one movement.
+    ///
+    /// # Errors
+    /// [`RecordingError::FrameNames`] and [`RecordingError::DuplicateFrame`].
+    pub fn with_frame_names(self, names: Vec<String>) -> Result<Self, RecordingError> {
+        if names.len() != self.times_s.len() {
+            return Err(RecordingError::FrameNames { frames: self.times_s.len(), names: names.len() });
+        }
+        let mut seen = HashSet::new();
+        if let Some(twice) = names.iter().find(|name| !seen.insert(name.as_str())) {
+            return Err(RecordingError::DuplicateFrame(twice.clone()));
+        }
+        Ok(Self { frame_names: names, ..self })
     }
 
     /// Names of the markers (m), unique.
@@ -128,6 +155,28 @@ impl Recording {
     /// If there is no such frame.
     pub fn frame(&self, frame: usize) -> &[Option<Vec3>] {
         &self.positions_mm[frame * self.names.len()..][..self.names.len()]
+    }
+
+    /// Frames (f).
+    pub fn n_frames(&self) -> usize {
+        self.times_s.len()
+    }
+
+    /// Names of the frames (f), unique, where they have any.
+    pub fn frame_names(&self) -> Option<&[String]> {
+        (!self.frame_names.is_empty()).then_some(&self.frame_names[..])
+    }
+
+    /// The frame called `name`.
+    pub fn frame_named(&self, name: &str) -> Option<usize> {
+        self.frame_names.iter().position(|n| n == name)
+    }
+
+    /// Frames a second, on average; `None` of one frame, or of named ones.
+    pub fn rate_hz(&self) -> Option<f64> {
+        let (first, last) = (self.times_s.first()?, self.times_s.last()?);
+        let moves = self.times_s.len() > 1 && self.frame_names.is_empty();
+        moves.then(|| (self.times_s.len() - 1) as f64 / (last - first))
     }
 
     /// What depth (z) counts beside the other directions, in (0, 1].
@@ -159,5 +208,20 @@ mod tests {
         assert_eq!(bad, Err(RecordingError::NotFinite { frame: 0, marker: "a".into() }));
         let short = Recording::new(vec!["a".into()], vec![0.], Vec::new());
         assert!(matches!(short, Err(RecordingError::Shape { positions: 0, .. })));
+    }
+
+    #[test]
+    fn frames_may_have_names() -> Result<(), RecordingError> {
+        let names = |all: &[&str]| all.iter().map(|n| (*n).to_string()).collect::<Vec<_>>();
+        let bare = recording(&[0., 1., 3.], &["a"])?;
+        assert_eq!((bare.frame_names(), bare.rate_hz()), (None, Some(2. / 3.)));
+        let named = bare.clone().with_frame_names(names(&["rest", "smile", "snarl"]))?;
+        assert_eq!((named.frame_named("snarl"), named.frame_named("rests")), (Some(2), None));
+        assert_eq!(named.rate_hz(), None);
+        let twice = bare.clone().with_frame_names(names(&["rest", "smile", "rest"]));
+        assert_eq!(twice, Err(RecordingError::DuplicateFrame("rest".into())));
+        let few = bare.with_frame_names(names(&["rest"]));
+        assert_eq!(few, Err(RecordingError::FrameNames { frames: 3, names: 1 }));
+        Ok(())
     }
 }
