@@ -1,6 +1,8 @@
 //! Tables as text: entries parted by commas, semicolons or tabs, in quotes where they need them (RFC 4180).
 
 use std::borrow::Cow;
+use std::iter::Peekable;
+use std::str::Chars;
 
 /// A row and the line (from 1) on which it begins.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -9,75 +11,108 @@ pub(super) struct Record {
     pub(super) entries: Vec<String>,
 }
 
-/// The rows of `text` that are not blank. What parts the entries shows in the first row: a semicolon or a tab that is
-/// in no quotes, or else commas. Entries in quotes are as they are, others without the blanks around them.
+/// The rows of `text` that are not blank, all of them; see [`rows`].
 ///
 /// # Errors
 /// The line of a quote that is never closed.
 pub(super) fn records(text: &str) -> Result<Vec<Record>, usize> {
-    let (separator, mut line) = match text.split_once('\n') {
+    rows(text).collect()
+}
+
+/// The rows of `text` that are not blank, one after the other. What parts the entries shows in the first row that has
+/// any: a semicolon or a tab that is in no quotes, or else commas. Entries in quotes are as they are, others without the
+/// blanks around them. A quote that is never closed gives its line, and ends the rows.
+pub(super) fn rows(text: &str) -> Rows<'_> {
+    match text.split_once('\n') {
         // How spreadsheets say it.
-        Some((first, _)) if first.trim_end().len() == 5 && first.starts_with("sep=") => {
-            (first.chars().nth(4).unwrap_or(','), 2)
+        Some((first, rest)) if first.trim_end().len() == 5 && first.starts_with("sep=") => {
+            let separator = first.chars().nth(4).unwrap_or(',');
+            Rows { chars: rest.chars().peekable(), line: 2, separator }
         }
-        _ => (separator(text), 1),
-    };
-    let body = if line == 2 { text.split_once('\n').map_or("", |(_, rest)| rest) } else { text };
-    let mut records = Vec::new();
-    let mut chars = body.chars().peekable();
-    while chars.peek().is_some() {
-        let mut record = Record { line, entries: Vec::new() };
-        let mut blank = true;
-        loop {
-            while chars.next_if(|c| c.is_whitespace() && *c != '\n' && *c != separator).is_some() {}
-            let mut entry = String::new();
-            if chars.next_if_eq(&'"').is_some() {
-                blank = false;
-                let begun = line;
-                loop {
-                    match chars.next() {
-                        None => return Err(begun),
-                        Some('"') if chars.next_if_eq(&'"').is_some() => entry.push('"'),
-                        Some('"') => break,
-                        Some(c) => {
-                            line += usize::from(c == '\n');
-                            entry.push(c);
+        _ => Rows { chars: text.chars().peekable(), line: 1, separator: separator(text) },
+    }
+}
+
+/// What [`rows`] gives.
+pub(super) struct Rows<'a> {
+    chars: Peekable<Chars<'a>>,
+    line: usize,
+    separator: char,
+}
+
+impl Iterator for Rows<'_> {
+    type Item = Result<Record, usize>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let Self { chars, line, separator } = self;
+        while chars.peek().is_some() {
+            let mut record = Record { line: *line, entries: Vec::new() };
+            let mut blank = true;
+            loop {
+                while chars.next_if(|c| c.is_whitespace() && *c != '\n' && c != separator).is_some() {}
+                let mut entry = String::new();
+                if chars.next_if_eq(&'"').is_some() {
+                    blank = false;
+                    let begun = *line;
+                    loop {
+                        match chars.next() {
+                            None => return Some(Err(begun)),
+                            Some('"') if chars.next_if_eq(&'"').is_some() => entry.push('"'),
+                            Some('"') => break,
+                            Some(c) => {
+                                *line += usize::from(c == '\n');
+                                entry.push(c);
+                            }
                         }
                     }
                 }
+                let mut rest = String::new();
+                while let Some(c) = chars.next_if(|c| c != separator && *c != '\n') {
+                    rest.push(c);
+                }
+                blank &= rest.trim().is_empty();
+                entry += rest.trim_end();
+                record.entries.push(entry);
+                if chars.next_if_eq(separator).is_none() {
+                    break;
+                }
             }
-            let mut rest = String::new();
-            while let Some(c) = chars.next_if(|c| *c != separator && *c != '\n') {
-                rest.push(c);
-            }
-            blank &= rest.trim().is_empty();
-            entry += rest.trim_end();
-            record.entries.push(entry);
-            if chars.next_if_eq(&separator).is_none() {
-                break;
+            chars.next();
+            *line += 1;
+            if !blank || record.entries.len() > 1 {
+                return Some(Ok(record));
             }
         }
-        chars.next();
-        line += 1;
-        if !blank || record.entries.len() > 1 {
-            records.push(record);
-        }
+        None
     }
-    Ok(records)
 }
 
 fn separator(text: &str) -> char {
     let mut quoted = false;
-    let outside: String = text
-        .trim_start()
-        .chars()
-        .take_while(|c| *c != '\n')
-        .filter(|c| {
-            quoted ^= *c == '"';
-            !quoted
-        })
-        .collect();
-    [';', '\t'].into_iter().find(|s| outside.contains(*s)).unwrap_or(',')
+    let mut outside = text.chars().filter(|c| {
+        quoted ^= *c == '"';
+        !quoted
+    });
+    loop {
+        let mut found = [false; 3];
+        let mut ended = true;
+        for c in outside.by_ref() {
+            if c == '\n' {
+                ended = false;
+                break;
+            }
+            for (found, s) in found.iter_mut().zip([';', '\t', ',']) {
+                *found |= c == s;
+            }
+        }
+        match found {
+            [true, ..] => return ';',
+            [_, true, _] => return '\t',
+            [.., true] => return ',',
+            _ if ended => return ',',
+            _ => {}
+        }
+    }
 }
 
 /// `text` as an entry of a row parted by commas.

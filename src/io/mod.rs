@@ -33,6 +33,7 @@ mod ply;
 mod polygons;
 mod program_file;
 mod program_text;
+mod recording_file;
 mod schema;
 mod sha256;
 mod solution_json;
@@ -83,6 +84,10 @@ pub use nearest::nearest;
 pub use nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
 pub use plan_toml::{PlanDocument, PlanFileError, parse_plan, plan_schema, read_plan};
 pub use program_file::ProgramFile;
+pub use recording_file::{
+    ReadOptions, RecordingDocument, RecordingFileError, RecordingFileErrorKind, RecordingFileWarning,
+    RecordingFormat, parse_recording, read_recording,
+};
 pub use sha256::sha256;
 pub use solution_json::{
     CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, LimitKindWord, MarkerJson,
