@@ -5,8 +5,8 @@
 use std::path::PathBuf;
 
 use modiolus::io::{
-    comparison_schema, face_schema, plan_schema, solution_schema, suite_schema, symmetry_schema,
-    target_schema,
+    comparison_schema, face_schema, marker_map_schema, plan_schema, solution_schema, suite_schema,
+    symmetry_schema, target_schema, track_schema,
 };
 
 fn holds(file: &str, derived: &str) {
@@ -51,4 +51,14 @@ fn the_face_schema_is_published() {
 #[test]
 fn the_symmetry_schema_is_published() {
     holds("symmetry.schema.json", &symmetry_schema());
+}
+
+#[test]
+fn the_track_schema_is_published() {
+    holds("track.schema.json", &track_schema());
+}
+
+#[test]
+fn the_marker_map_schema_is_published() {
+    holds("map.schema.json", &marker_map_schema());
 }

@@ -8,7 +8,8 @@ use modiolus::face::{Jaw, standard::Resolution};
 use modiolus::inverse::Target;
 use modiolus::io::nearest;
 use modiolus::render::{MAX_SIDE, MIN_SIDE, Show, View};
-use modiolus::study::{Mechanics, Stiffness, Strain};
+use modiolus::study::{HeldStiffness, Mechanics, Stiffness, Strain};
+use modiolus::units::LengthUnit;
 
 use super::activation_list::{Assignment, parse_assignment};
 
@@ -33,6 +34,8 @@ pub(crate) enum Verb {
     Symmetry(SymmetryOptions),
     /// Tell where markers on the skin determine the activations best.
     Markers(MarkersOptions),
+    /// Find the activations behind a recording of markers, frame by frame.
+    Track(TrackOptions),
     /// Show what given activations do.
     Forward(ForwardOptions),
     /// Write the activation map: what each muscle alone does to each point, without contact.
@@ -239,6 +242,45 @@ pub(crate) struct MarkersOptions {
     #[arg(long, value_name = "none|mesh|anatomy", default_value = "mesh", value_parser = parse_discrepancy)]
     pub(crate) discrepancy: Discrepancy,
     /// Print JSON instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct TrackOptions {
+    #[arg(
+        value_name = "RECORDING",
+        help = "Markers over time: C3D, TRC, CSV or MediaPipe landmarks; its content decides"
+    )]
+    pub(crate) recording: PathBuf,
+    /// Which marker is which point of the face, and how they are to be read; without it labels are names of landmarks, and
+    /// the first frame is neutral.
+    #[arg(long, value_name = "MAP.toml")]
+    pub(crate) map: Option<PathBuf>,
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    /// How strong the muscles are, as a multiple of their `max_force_n`.
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = parse_strength)]
+    pub(crate) strength: f64,
+    /// Where the stiffness of the muscles is held: each at its mean activation over the recording, or all at A.
+    #[arg(long, value_name = "mean|fixed=A", default_value = "mean", value_parser = parse_held)]
+    pub(crate) stiffness: HeldStiffness,
+    /// How lips, cheeks and teeth touch.
+    #[arg(long, value_parser = parse_forward_contact, value_name = "reactions|off", default_value = "reactions")]
+    pub(crate) contact: ContactMode,
+    /// Unit of the recording's lengths, where its file does not state it or is wrong.
+    #[arg(long, value_name = "mm|cm|m", value_parser = parse_unit)]
+    pub(crate) unit: Option<LengthUnit>,
+    /// Frames a second, where a table numbers its frames and gives no times.
+    #[arg(long, value_name = "HZ", value_parser = parse_rate)]
+    pub(crate) rate_hz: Option<f64>,
+    /// Write every Kth frame of the whole face, too, and series.pvd that lists them.
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) series: Option<u16>,
+    /// Folder for the tables and summary.json; a run that was stopped goes on there.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Print summary.json instead of the tables.
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -568,6 +610,26 @@ fn parse_opening(text: &str) -> Result<f64, String> {
         }
         Ok(value) if (0.0..=Jaw::WIDEST_MM).contains(&value) => Ok(value),
         _ => Err(format!("write the opening in mm, from 0 to {}, such as 4", Jaw::WIDEST_MM)),
+    }
+}
+
+fn parse_held(text: &str) -> Result<HeldStiffness, String> {
+    match text {
+        "mean" => Ok(HeldStiffness::Mean),
+        _ => parse_fixed(text)
+            .map(HeldStiffness::At)
+            .map_err(|_| "write mean, or fixed=A with A from 0 to 1".to_owned()),
+    }
+}
+
+fn parse_unit(text: &str) -> Result<LengthUnit, String> {
+    LengthUnit::parse(text).ok_or_else(|| unknown(text, &LengthUnit::NAMES))
+}
+
+fn parse_rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && value <= 1e5 => Ok(value),
+        _ => Err("write frames a second, above 0 and up to 100000, such as 60".to_owned()),
     }
 }
 

@@ -7,11 +7,11 @@ use modiolus::forward::finite::FiniteError;
 use modiolus::forward::{ForwardError, OperationError};
 use modiolus::inverse::{InverseError, TargetError};
 use modiolus::io::{
-    AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError, MeshFileError, PlanFileError,
-    Standing, SuiteError, TargetFileError, WriteError,
+    AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError, MarkerMapError, MeshFileError,
+    PlanFileError, RecordingFileError, Standing, SuiteError, TargetFileError, WriteError,
 };
 use modiolus::render::RenderError;
-use modiolus::study::StudyError;
+use modiolus::study::{StudyError, TrackError};
 use thiserror::Error;
 
 /// What stops the program.
@@ -53,6 +53,17 @@ pub(crate) enum CliError {
         "{heading}: there is no answer of which anything could be determined; give the target markers, and limits that do not contradict each other"
     )]
     NothingToIdentify { heading: String },
+    #[error(transparent)]
+    RecordingFile(#[from] RecordingFileError),
+    #[error(transparent)]
+    MarkerMap(#[from] MarkerMapError),
+    #[error("{}: {error}", recording.display())]
+    Track { recording: PathBuf, error: Box<TrackError> },
+    #[error("the series cannot be computed: {0}")]
+    Displacements(Box<TrackError>),
+    #[cfg(feature = "parquet")]
+    #[error("activations.parquet cannot be put together: {0}")]
+    Parquet(std::io::Error),
     #[error(transparent)]
     Map(#[from] MapFileError),
     #[error(transparent)]

@@ -20,6 +20,7 @@ mod suite;
 mod surgery;
 mod symmetry;
 mod table;
+mod track;
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -96,6 +97,7 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
         Verb::Identify(options) => identify::run(&options),
         Verb::Symmetry(options) => symmetry::run(&options),
         Verb::Markers(options) => markers::run(&options),
+        Verb::Track(options) => track::run(&options),
         Verb::Forward(options) => forward::run(&options),
         Verb::Map(options) => map::run(&options),
         Verb::Render(options) => render::run(&options),

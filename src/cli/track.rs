@@ -6,12 +6,12 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use modiolus::io::{
-    AlignmentJson, BoundJson, FileSet, HeadJson, MetJson, OutlierJson, ReadOptions, RecordingDocument, SwapJson,
-    TrackBlocks, TrackJson, TrackTable, VtuData, frames_csv, read_marker_map, read_recording, residuals_csv, sha256,
-    vtu_text,
+    AlignmentJson, BoundJson, FileSet, HeadJson, MetJson, OutlierJson, ReadOptions, RecordingDocument,
+    SwapJson, TrackBlocks, TrackJson, TrackTable, VtuData, frames_csv, read_marker_map, read_recording,
+    residuals_csv, sha256, vtu_text,
 };
 use modiolus::recording::{FrameStatus, MarkerMap, Met, Neutral, TrackSummary, TrackedFrame};
-use modiolus::study::{HeldStiffness, Track};
+use modiolus::study::Track;
 use modiolus::units::counted;
 
 use super::Outcome;
@@ -22,8 +22,14 @@ use super::load::{LoadedFace, input_name, load};
 use super::progress::{Progress, say};
 
 /// The files of a track.
-const FILES: [&str; 6] =
-    ["activations.csv", "activations.parquet", "activations.sto", "frames.csv", "residuals.csv", "summary.json"];
+const FILES: [&str; 6] = [
+    "activations.csv",
+    "activations.parquet",
+    "activations.sto",
+    "frames.csv",
+    "residuals.csv",
+    "summary.json",
+];
 /// The list of the series and what its files begin with.
 const SERIES: [&str; 2] = ["series.pvd", "frame_"];
 
@@ -97,7 +103,8 @@ fn read(options: &TrackOptions) -> Result<Read, CliError> {
         put(&neutral);
         let recording = &neutral.recording;
         let seen = recording.names().iter().zip(recording.frame(0));
-        map.neutral = Neutral::Positions(seen.filter_map(|(label, p)| Some((label.clone(), (*p)?))).collect());
+        map.neutral =
+            Neutral::Positions(seen.filter_map(|(label, p)| Some((label.clone(), (*p)?))).collect());
     }
     let read = ReadOptions { unit: options.unit, rate_hz: options.rate_hz, neutral: neutral_file.as_deref() };
     let document = read_recording(&options.recording, &read)?;
@@ -134,9 +141,9 @@ fn fit(track: &Track, blocks: &TrackBlocks, progress: &mut Progress) -> Result<V
             if has_failed.load(Ordering::Relaxed) {
                 return Vec::new();
             }
-            let frames = blocks.load(block).unwrap_or_else(|| {
+            let frames = blocks.load(&block).unwrap_or_else(|| {
                 let frames = track.fit(block.clone());
-                if let Err(error) = blocks.save(block, &frames) {
+                if let Err(error) = blocks.save(&block, &frames) {
                     has_failed.store(true, Ordering::Relaxed);
                     failed.lock().unwrap_or_else(|e| e.into_inner()).get_or_insert(error);
                 }
@@ -163,10 +170,15 @@ fn put_series(
     let shown: Vec<usize> = (0..frames.len()).step_by(every).collect();
     let unknowns: Vec<&[f64]> = shown.iter().map(|&f| frames[f].unknowns.as_slice()).collect();
     let fields = track.displacements(&unknowns).map_err(|error| CliError::Displacements(Box::new(error)))?;
-    let mut pvd = String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n");
+    let mut pvd = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
+    );
     for (&frame, displacement) in shown.iter().zip(fields) {
         let name = format!("{}{frame:06}.vtu", SERIES[1]);
-        let data = VtuData { point_vectors: [("displacement".to_owned(), displacement)].into(), ..VtuData::default() };
+        let data = VtuData {
+            point_vectors: [("displacement".to_owned(), displacement)].into(),
+            ..VtuData::default()
+        };
         set.put(&name, vtu_text(name.as_ref(), &loaded.face.mesh, &data)?.into_bytes());
         let time_s = track.times_s()[frame];
         pvd += &format!("<DataSet timestep=\"{time_s}\" part=\"0\" file=\"{name}\"/>\n");
@@ -178,7 +190,8 @@ fn put_series(
 
 /// Files of an older series in `out`.
 fn old_series(out: &Path) -> Vec<String> {
-    let names = std::fs::read_dir(out).into_iter().flatten().filter_map(|e| e.ok()?.file_name().into_string().ok());
+    let names =
+        std::fs::read_dir(out).into_iter().flatten().filter_map(|e| e.ok()?.file_name().into_string().ok());
     let is_of_series = |name: &String| {
         let number = name.strip_prefix(SERIES[1]).and_then(|n| n.strip_suffix(".vtu"));
         name == SERIES[0] || number.is_some_and(|n| n.bytes().all(|b| b.is_ascii_digit()))

@@ -15,6 +15,7 @@ mod scaling;
 mod solution;
 mod staged;
 mod staged_active_set;
+mod staged_interior_point;
 mod unbounded;
 
 pub use certificate::{Certificate, TOLERANCE};

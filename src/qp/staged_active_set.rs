@@ -5,11 +5,14 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::TOLERANCE;
 use super::clarabel;
 use super::staged::{Stage, StagePoint, StagedPoint, StagedProblem};
+use super::staged_interior_point::interior_point;
 
-/// Exchanges of the active set before it is given up.
+/// Exchanges of an active set before an interior point is sought,
+const HOT: usize = 10;
+/// and of that of the interior point before it is given up.
 const EXCHANGES: usize = 60;
-/// Whole-set exchanges without progress before single ones.
-const PATIENCE: usize = 4;
+/// Exchanges of all that is wrong of a stage without progress before single ones.
+const PATIENCE: usize = 2;
 /// Violations below this are rounding.
 const ROUNDING: f64 = 1e-12;
 /// A row of which less than this share is left when the others are held repeats them.
@@ -56,25 +59,44 @@ impl StagedSolution {
 ///
 /// Each active set leaves a linear system that is block tridiagonal in the stages and is solved by block elimination, its
 /// blocks by Cholesky's method. Block principal pivoting (Portugal, Judice and Vicente 1994, Math Comp 63:625) exchanges all
-/// that is violated at once while that makes progress, then one by one. What does not verify goes to Clarabel, whose active
-/// set is then solved in the same way. `None` when that fails too.
+/// that is violated in a stage at once while that makes progress there, then one by one. Where that takes long an interior
+/// point of the same structure gives another active set to begin from, and where that fails Clarabel does. `None` when no point
+/// was found; [`StagedSolution::passes`] says whether what was found is the optimum.
 ///
 /// The cost is that of `f` dense factorisations of at most `n` plus the active rows of a stage for each active set tried.
 pub fn solve_staged(problem: &StagedProblem, active: &mut StagedActiveSet) -> Option<StagedSolution> {
     active.fit(problem);
     let mut exchanges = 0;
-    if let Some(point) = pivot(problem, active, &mut exchanges) {
-        let worst = problem.worst(&point);
-        if worst <= TOLERANCE {
-            return Some(StagedSolution { point, worst, exchanges, by_interior_point: false });
+    let mut best: Option<StagedSolution> = None;
+    let finders: [fn(&StagedProblem) -> Option<StagedPoint>; 2] = [interior_point, clarabel::solve_staged];
+    for finder in std::iter::once(None).chain(finders.map(Some)) {
+        let by_interior_point = finder.is_some();
+        let mut found = |point: StagedPoint, exchanges: usize| {
+            let worst = problem.worst(&point);
+            if best.as_ref().is_none_or(|b| worst < b.worst) {
+                best = Some(StagedSolution { point, worst, exchanges, by_interior_point });
+            }
+            worst <= TOLERANCE
+        };
+        let within = match finder {
+            None => HOT,
+            Some(finder) => {
+                let Some(near) = finder(problem) else { continue };
+                *active = StagedActiveSet::of(problem, &near);
+                // Where it is the optimum already nothing is sharpened.
+                if found(near, exchanges) {
+                    break;
+                }
+                EXCHANGES
+            }
+        };
+        if let Some(point) = pivot(problem, active, within, &mut exchanges)
+            && found(point, exchanges)
+        {
+            break;
         }
     }
-    let near = clarabel::solve_staged(problem)?;
-    *active = StagedActiveSet::of(problem, &near);
-    let sharp = pivot(problem, active, &mut exchanges).map(|point| (problem.worst(&point), point));
-    let (worst, point) =
-        sharp.filter(|(worst, _)| *worst <= TOLERANCE).unwrap_or_else(|| (problem.worst(&near), near));
-    Some(StagedSolution { point, worst, exchanges, by_interior_point: true })
+    best
 }
 
 impl StagedActiveSet {
@@ -108,6 +130,21 @@ impl StagedActiveSet {
         }
     }
 
+    fn exchange(&mut self, problem: &StagedProblem, stage: usize, one: Wrong) {
+        match one {
+            Wrong::Variable(variable, hold) => self.holds[stage][variable] = hold,
+            Wrong::Row(row) => self.rows[stage][row] ^= true,
+            Wrong::Link(row) => {
+                let is_active = &mut self.links[stage - 1][row];
+                *is_active ^= true;
+                // A held variable cannot follow.
+                if *is_active {
+                    self.holds[stage][problem.links[stage - 1].rows[row].variable] = Hold::Free;
+                }
+            }
+        }
+    }
+
     /// The same for the shapes of `problem`.
     fn fit(&mut self, problem: &StagedProblem) {
         let (f, n) = (problem.stages.len(), problem.n_variables());
@@ -130,58 +167,53 @@ impl StagedActiveSet {
     }
 }
 
-/// A constraint that is on the wrong side of the active set.
+/// A constraint of a stage that is on the wrong side of the active set.
 #[derive(Clone, Copy)]
 enum Wrong {
-    Variable { stage: usize, variable: usize, hold: Hold },
-    Row { stage: usize, row: usize },
-    Link { link: usize, row: usize },
+    /// A variable, and where it is to be held.
+    Variable(usize, Hold),
+    Row(usize),
+    /// A row of the link to the stage before.
+    Link(usize),
 }
 
 fn pivot(
     problem: &StagedProblem,
     active: &mut StagedActiveSet,
+    within: usize,
     exchanges: &mut usize,
 ) -> Option<StagedPoint> {
-    let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
-    for _ in 0..EXCHANGES {
+    // Stages are far more to themselves than to each other: each has its own progress.
+    let mut progress = vec![(usize::MAX, PATIENCE); problem.stages.len()];
+    for _ in 0..within {
         *exchanges += 1;
         let point = stationary(problem, active)?;
         let wrong = wrong(problem, active, &point);
-        if wrong.is_empty() {
+        if wrong.iter().all(Vec::is_empty) {
             return Some(point);
         }
-        if wrong.len() < fewest {
-            (fewest, patience) = (wrong.len(), PATIENCE);
-        } else {
-            patience = patience.saturating_sub(1);
-        }
-        let exchanged = if patience > 0 { &wrong[..] } else { &wrong[wrong.len() - 1..] };
-        // Rows wait until the variables are settled: too many at once leave none free.
-        let variables = exchanged.iter().filter(|one| matches!(one, Wrong::Variable { .. })).count();
-        let exchanged = if variables > 0 { &exchanged[..variables] } else { exchanged };
-        for &one in exchanged {
-            match one {
-                Wrong::Variable { stage, variable, hold } => active.holds[stage][variable] = hold,
-                Wrong::Row { stage, row } => active.rows[stage][row] ^= true,
-                Wrong::Link { link, row } => {
-                    active.links[link][row] ^= true;
-                    // A held variable cannot follow.
-                    if active.links[link][row] {
-                        active.holds[link + 1][problem.links[link].rows[row].variable] = Hold::Free;
-                    }
-                }
+        for ((stage, wrong), (fewest, patience)) in wrong.iter().enumerate().zip(&mut progress) {
+            if wrong.is_empty() {
+                continue;
             }
+            if wrong.len() < *fewest {
+                (*fewest, *patience) = (wrong.len(), PATIENCE);
+            } else {
+                *patience = patience.saturating_sub(1);
+            }
+            let exchanged = if *patience > 0 { &wrong[..] } else { &wrong[wrong.len() - 1..] };
+            exchanged.iter().for_each(|one| active.exchange(problem, stage, *one));
         }
     }
     None
 }
 
-fn wrong(problem: &StagedProblem, active: &StagedActiveSet, point: &StagedPoint) -> Vec<Wrong> {
-    let mut wrong = Vec::new();
-    let scale = |t: usize| problem.stages[t].linear.amax().max(1.);
-    for (t, (stage, here)) in problem.stages.iter().zip(&point.stages).enumerate() {
-        let scale = scale(t);
+/// What is on the wrong side of the active set, by stage; links count for the later of their two.
+fn wrong(problem: &StagedProblem, active: &StagedActiveSet, point: &StagedPoint) -> Vec<Vec<Wrong>> {
+    let of = |t: usize| {
+        let (stage, here) = (&problem.stages[t], &point.stages[t]);
+        let scale = stage.linear.amax().max(1.);
+        let mut wrong = Vec::new();
         for (variable, hold) in active.holds[t].iter().enumerate() {
             let next = match hold {
                 Hold::Free if here.x[variable] < stage.lower[variable] - ROUNDING => Hold::Lower,
@@ -191,32 +223,25 @@ fn wrong(problem: &StagedProblem, active: &StagedActiveSet, point: &StagedPoint)
                 Hold::Upper if here.upper[variable] < -ROUNDING * scale => Hold::Free,
                 _ => continue,
             };
-            wrong.push(Wrong::Variable { stage: t, variable, hold: next });
+            wrong.push(Wrong::Variable(variable, next));
         }
-    }
-    for (t, (stage, here)) in problem.stages.iter().zip(&point.stages).enumerate() {
-        let scale = scale(t);
         let excess = &stage.rows * &here.x - &stage.limits;
         for (row, is_active) in active.rows[t].iter().enumerate() {
             let size = stage.limits[row].abs().max(1.);
             if if *is_active { here.rows[row] < -ROUNDING * scale } else { excess[row] > ROUNDING * size } {
-                wrong.push(Wrong::Row { stage: t, row });
+                wrong.push(Wrong::Row(row));
             }
         }
-    }
-    for (t, link) in problem.links.iter().enumerate() {
-        let (x, next) = (&point.stages[t].x, &point.stages[t + 1].x);
-        for (row, is_active) in active.links[t].iter().enumerate() {
-            if if *is_active {
-                point.links[t][row] < -ROUNDING
-            } else {
-                link.rows[row].slack(x, next) < -ROUNDING
-            } {
-                wrong.push(Wrong::Link { link: t, row });
+        let Some(s) = t.checked_sub(1) else { return wrong };
+        for (row, is_active) in active.links[s].iter().enumerate() {
+            let slack = || problem.links[s].rows[row].slack(&point.stages[s].x, &here.x);
+            if if *is_active { point.links[s][row] < -ROUNDING * scale } else { slack() < -ROUNDING } {
+                wrong.push(Wrong::Link(row));
             }
         }
-    }
-    wrong
+        wrong
+    };
+    (0..problem.stages.len()).map(of).collect()
 }
 
 /// A stage's part of the linear system: its free variables, then the multipliers of its active rows and of the active rows

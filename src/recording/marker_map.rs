@@ -70,14 +70,15 @@ pub struct Dynamics {
     /// Standard deviation of the change of an activation within a second, were it a random walk: `r sqrt(dt)` from frame to
     /// frame. Infinite for none.
     pub change_per_root_s: f64,
-    /// Time constant of rising activation, s; with excitation at most 1, `1 - a` falls no faster than `exp(-t / tau)`.
+    /// Time constant of rising activation, s: an activation rises by at most `dt / rise_s`, as first-order dynamics at full
+    /// excitation do at first. 0 for no limit.
     pub rise_s: f64,
-    /// Time constant of falling activation, s; `a` falls no faster than `exp(-t / tau)`.
+    /// Time constant of falling activation, s: an activation falls by at most `dt / fall_s`. 0 for no limit.
     pub fall_s: f64,
 }
 
 impl Default for Dynamics {
-    /// First-order activation dynamics with 15 and 50 ms (Thelen 2003, J Biomech Eng 125:70, young adults); a walk of 2 a
+    /// Time constants of 15 and 50 ms (Thelen 2003, J Biomech Eng 125:70, young adults); a walk of 2 a
     /// second to the half, which leaves 0.26 from frame to frame at 60 Hz.
     fn default() -> Self {
         Self { change_per_root_s: 2., rise_s: 0.015, fall_s: 0.05 }

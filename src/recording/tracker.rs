@@ -251,15 +251,11 @@ impl<'a> Tracker<'a> {
             return Link { weight: DVector::zeros(n), rows: Vec::new() };
         };
         let weight = DVector::from_element(n, 1. / (change_per_root_s.powi(2) * dt));
-        let (rise, fall) = ((-dt / rise_s).exp(), (-dt / fall_s).exp());
-        // 1 - a' >= rise (1 - a),  a' >= fall a.
-        let of = |variable| {
-            [
-                LinkRow { variable, before: -rise, after: 1., limit: 1. - rise },
-                LinkRow { variable, before: fall, after: -1., limit: 0. },
-            ]
-        };
-        Link { weight, rows: (0..m).flat_map(of).collect() }
+        // a' - a <= dt / rise,  a - a' <= dt / fall; what the bounds hold anyway is no row.
+        let rows = [(-1., dt / rise_s), (1., dt / fall_s)].into_iter().filter(|(_, limit)| *limit < 1.);
+        let of =
+            |(before, limit)| (0..m).map(move |variable| LinkRow { variable, before, after: -before, limit });
+        Link { weight, rows: rows.flat_map(of).collect() }
     }
 
     fn fit_window(&self, window: &Range<usize>, outliers: &[Vec<usize>]) -> Vec<TrackedFrame> {

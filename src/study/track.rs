@@ -128,13 +128,12 @@ impl Track {
         self.tracker(&self.movement, &self.times_s).fit(block)
     }
 
-    /// All frames fitted, on all cores; `tell` hears of every block that is done. The same bytes for any number of threads.
-    pub fn fit_all(&self, tell: impl Fn(&Range<usize>) + Sync) -> Vec<TrackedFrame> {
-        let fit = |block: Range<usize>| {
-            let frames = self.fit(block.clone());
-            tell(&block);
-            frames
-        };
+    /// All frames, block by block on all cores, each block as `fit` gives it: by [`fit`](Self::fit), or from where it was
+    /// kept. The same bytes for any number of threads.
+    pub fn fit_all(
+        &self,
+        fit: impl Fn(Range<usize>) -> Vec<TrackedFrame> + Sync + Send,
+    ) -> Vec<TrackedFrame> {
         let blocks: Vec<Vec<TrackedFrame>> = self.blocks().into_par_iter().map(fit).collect();
         blocks.into_iter().flatten().collect()
     }
