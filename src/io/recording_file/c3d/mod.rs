@@ -151,6 +151,7 @@ pub(super) fn parse(file: &Path, bytes: &[u8], options: &ReadOptions) -> Result<
         times_s: (0..frames.count).map(|k| (before + k) as f64 / rate).collect(),
         positions,
         frame_names: Vec::new(),
+        depth_weight: 1.,
         warnings,
         names_at: parameters.location(file, "POINT:LABELS"),
         lines: Vec::new(),
