@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use modiolus::io::{
     ImageScale, ReadOptions, RecordingDocument, RecordingFileErrorKind, RecordingFileWarning,
-    RecordingFormat, parse_recording, read_recording,
+    RecordingFormat, parse_recording, read_recording, recording_csv,
 };
 use modiolus::units::{LengthUnit, Vec3};
 
@@ -780,6 +780,50 @@ fn what_mediapipe_cannot_be() {
     refused("a.json", hardly.as_bytes(), &rated, &["one frame in 64"]);
     let backwards = format!("[{{\"t\":1,\"landmarks\":{good}}},{{\"t\":0,\"landmarks\":{good}}}]");
     refused("a.json", backwards.as_bytes(), &sized, &["0 s", "not after"]);
+}
+
+#[test]
+fn a_recording_is_written_as_a_table_and_read_back() {
+    let frames: [&[[f32; 4]]; 2] =
+        [&[[0.1, -2e-7, 3e9, 0.], [1., 2., 3., 0.]], &[[1., 2., 3., -1.], [1., 2.5, 3., 0.]]];
+    let r = read("a.c3d", &C3d::new(&["a,\"b\"", "c"], &frames).bytes()).recording;
+    assert_eq!(read("a.csv", recording_csv(&r).as_bytes()).recording, r);
+    let named = r.with_frame_names(vec!["rest".into(), "smile; open".into()]).unwrap();
+    let back = read("a.csv", recording_csv(&named).as_bytes()).recording;
+    assert_eq!((back.frame_names(), back.frame(1)), (named.frame_names(), named.frame(1)));
+}
+
+#[test]
+fn the_program_tells_what_a_recording_holds_and_writes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.c3d");
+    std::fs::write(&path, gaps(Processor::Mips, -1.).bytes()).unwrap();
+    let run = |arguments: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("modiolus").unwrap();
+        let output = command.current_dir(folder.path()).arg("recording").args(arguments).output().unwrap();
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+    };
+    let (code, told, _) = run(&["a.c3d", "--out", "a.csv"]);
+    assert_eq!(code, 0);
+    for part in [
+        "a.c3d: C3D in mm, 4 frames of 2 markers",
+        "0.000 to 0.060 s at 50",
+        "seen: 50.00 per cent",
+        "Warnings\n- marker b",
+    ] {
+        assert!(told.contains(part), "{told}");
+    }
+    let (code, json, _) = run(&["a.csv", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((code, &json["frames"], &json["markers"][0]["longest_gap"]), (0, &4.into(), &2.into()));
+    assert_eq!(json["markers"][0]["span_mm"], serde_json::json!([[10., 11.], [-21., -20.], [30., 31.]]));
+    let (code, _, told) = run(&["a.csv", "--neutral", "a.c3d"]);
+    assert_eq!(code, 2);
+    assert!(told.contains("a.csv") && told.contains("--neutral"), "{told}");
+    let (code, _, told) = run(&["a.csv", "--out", "a.csv"]);
+    assert!(code == 2 && told.contains("a.csv would be replaced"), "{told}");
+    assert_eq!(run(&["a.csv", "--unit", "inch"]).0, 2);
 }
 
 // Real data

@@ -9,6 +9,7 @@ use modiolus::inverse::Target;
 use modiolus::io::nearest;
 use modiolus::render::{MAX_SIDE, MIN_SIDE, Show, View};
 use modiolus::study::{Mechanics, Stiffness, Strain};
+use modiolus::units::LengthUnit;
 
 use super::activation_list::{Assignment, parse_assignment};
 
@@ -41,6 +42,8 @@ pub(crate) enum Verb {
     Compare(CompareOptions),
     /// Write the quadratic program of a result, with its answer and all multipliers, to be checked by others.
     Export(ExportOptions),
+    /// Tell what a recording of markers holds: C3D, TRC, CSV, or the face landmarks of MediaPipe.
+    Recording(RecordingOptions),
     /// Draw a face, at rest, under given activations, or as an answer moves it.
     Render(RenderOptions),
     /// Draw the figures of the standard face: rest, smile, where muscle forces go, what each muscle does.
@@ -278,6 +281,41 @@ pub(crate) struct MapOptions {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct RecordingOptions {
+    #[arg(value_name = "FILE", help = "The recording; its content decides the format")]
+    pub(crate) recording: PathBuf,
+    /// The unit of its lengths, where the file states none or a wrong one.
+    #[arg(long, value_name = "mm|cm|m", value_parser = parse_unit)]
+    pub(crate) unit: Option<LengthUnit>,
+    /// Frames a second, where the file numbers its frames and gives no time.
+    #[arg(long, value_name = "HZ", value_parser = parse_rate)]
+    pub(crate) rate_hz: Option<f64>,
+    /// The file of the positions from which the displacements of a table count.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) neutral: Option<PathBuf>,
+    /// The size of the image, in pixels, of which the landmarks of a video are shares.
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_image)]
+    pub(crate) image: Option<[f64; 2]>,
+    /// What tells how large the face in a video is, in place of its irises of 11.77 mm: a distance that was measured.
+    #[arg(long, value_name = "FROM,TO=MM", value_parser = parse_length)]
+    pub(crate) length: Option<MeasuredLength>,
+    /// Write it as a table with a row a frame, in mm and s.
+    #[arg(long, value_name = "FILE.csv", value_parser = |text: &str| parse_out(text, "csv", "recordings are written as CSV"))]
+    pub(crate) out: Option<PathBuf>,
+    /// Print JSON instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A distance between two landmarks.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MeasuredLength {
+    pub(crate) from: String,
+    pub(crate) to: String,
+    pub(crate) mm: f64,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct RenderOptions {
     /// "standard", a face.toml, or a folder written by fit or forward.
     #[arg(value_name = "standard|FACE.toml|DIR", value_parser = parse_face)]
@@ -475,6 +513,36 @@ fn parse_sigma(text: &str) -> Result<f64, String> {
     }
 }
 
+fn parse_unit(text: &str) -> Result<LengthUnit, String> {
+    LengthUnit::parse(text).ok_or_else(|| unknown(text, &LengthUnit::NAMES))
+}
+
+fn parse_rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(hz) if hz > 0. && hz <= 1e6 => Ok(hz),
+        _ => Err("write the frames a second, such as 60".to_owned()),
+    }
+}
+
+fn parse_image(text: &str) -> Result<[f64; 2], String> {
+    let side = |text: &str| text.trim().parse::<u32>().ok().filter(|side| *side > 0).map(f64::from);
+    text.split_once('x')
+        .and_then(|(width, height)| Some([side(width)?, side(height)?]))
+        .ok_or_else(|| "write WIDTHxHEIGHT in pixels, such as 1920x1080".to_owned())
+}
+
+fn parse_length(text: &str) -> Result<MeasuredLength, String> {
+    let parse = || {
+        let (ends, mm) = text.split_once('=')?;
+        let (from, to) = ends.split_once(',')?;
+        let mm = mm.trim().parse().ok().filter(|mm| (1. ..=1000.).contains(mm))?;
+        Some(MeasuredLength { from: from.trim().to_owned(), to: to.trim().to_owned(), mm })
+    };
+    parse().ok_or_else(|| {
+        "write two landmarks and their distance in mm, such as exocanthion_r,exocanthion_l=90".to_owned()
+    })
+}
+
 fn parse_asymmetry(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(mm) if (0. ..=100.).contains(&mm) => Ok(mm),
@@ -590,6 +658,17 @@ mod tests {
     fn the_command_line_is_consistent() {
         use clap::CommandFactory;
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn what_a_recording_leaves_unsaid_is_stated() {
+        assert_eq!(parse_image("1920x1080"), Ok([1920., 1080.]));
+        let expected = MeasuredLength { from: "p4".into(), to: "nasion".into(), mm: 51.5 };
+        assert_eq!(parse_length("p4,nasion=51.5"), Ok(expected));
+        assert!(parse_image("0x5").is_err() && parse_image("5").is_err() && parse_length("a=1").is_err());
+        assert!(["a,b=", "a,b=0", "a,b=nan"].iter().all(|bad| parse_length(bad).is_err()));
+        assert!(["0", "-1", "inf", "x"].iter().all(|bad| parse_rate(bad).is_err()));
+        assert!(parse_unit("inch").is_err_and(|e| e.contains("mm, cm, m")));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use modiolus::forward::{ForwardError, OperationError};
 use modiolus::inverse::{InverseError, TargetError};
 use modiolus::io::{
     AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError, MeshFileError, PlanFileError,
-    Standing, SuiteError, TargetFileError, WriteError,
+    RecordingFileError, Standing, SuiteError, TargetFileError, WriteError,
 };
 use modiolus::render::RenderError;
 use modiolus::study::StudyError;
@@ -57,6 +57,8 @@ pub(crate) enum CliError {
     Map(#[from] MapFileError),
     #[error(transparent)]
     Mesh(#[from] MeshFileError),
+    #[error(transparent)]
+    RecordingFile(#[from] RecordingFileError),
     #[error(transparent)]
     Answer(#[from] AnswerFileError),
     #[error("{}: the face was given as {face}, which cannot be read from here: {reason}; run from the folder where the answer was computed", dir.display())]

@@ -76,7 +76,7 @@ pub use plan_toml::{PlanDocument, PlanFileError, parse_plan, plan_schema, read_p
 pub use program_file::ProgramFile;
 pub use recording_file::{
     ImageScale, ReadOptions, RecordingDocument, RecordingFileError, RecordingFileErrorKind,
-    RecordingFileWarning, RecordingFormat, parse_recording, read_recording,
+    RecordingFileWarning, RecordingFormat, parse_recording, read_recording, recording_csv,
 };
 pub use sha256::sha256;
 pub use solution_json::{

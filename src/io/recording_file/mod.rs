@@ -21,6 +21,7 @@ mod trc;
 mod unit;
 mod warning;
 mod wide;
+mod writer;
 
 pub use document::RecordingDocument;
 pub use error::{RecordingFileError, RecordingFileErrorKind};
@@ -28,3 +29,4 @@ pub use format::RecordingFormat;
 pub use options::{ImageScale, ReadOptions};
 pub use reader::{parse_recording, read_recording};
 pub use warning::RecordingFileWarning;
+pub use writer::recording_csv;
