@@ -6,7 +6,10 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use modiolus::contact::closed_surface;
-use modiolus::io::{parse_mesh, parse_plan, parse_surface, parse_target, read_face};
+use modiolus::io::{
+    ReadOptions, parse_mesh, parse_plan, parse_recording, parse_surface, parse_target, read_face,
+    recording_csv,
+};
 use modiolus::mesh::{Locator, validate_shape};
 use modiolus::units::LengthUnit::Millimetre;
 
@@ -167,6 +170,19 @@ fn tetgen() {
 fn surfaces() {
     for reader in ["obj", "stl", "ply"] {
         surface(reader);
+    }
+}
+
+#[test]
+fn recordings() {
+    let stated = ReadOptions { rate_hz: Some(30.), image: Some([640., 480.]), ..ReadOptions::default() };
+    for (reader, share) in [("c3d", 1), ("trc", 1), ("marker_csv", 1), ("mediapipe", 5)] {
+        smoke(reader, share, |bytes| {
+            if let Ok(document) = parse_recording(bytes, Path::new("a"), &stated) {
+                drop(document.warnings.iter().map(ToString::to_string).collect::<Vec<_>>());
+                recording_csv(&document.recording);
+            }
+        });
     }
 }
 

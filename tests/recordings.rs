@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use modiolus::io::{
-    ReadOptions, RecordingDocument, RecordingFileErrorKind, RecordingFileWarning, RecordingFormat,
-    parse_recording, read_recording,
+    ImageScale, ReadOptions, RecordingDocument, RecordingFileErrorKind, RecordingFileWarning,
+    RecordingFormat, parse_recording, read_recording, recording_csv,
 };
 use modiolus::units::{LengthUnit, Vec3};
 
@@ -534,6 +534,296 @@ fn displacements_count_from_a_neutral_file() {
     refused("a.csv", other.as_bytes(), &options, &["a.csv:4", "lib", "neutral.csv", "did you mean lip?"]);
     let positions = text.replace("dx_mm,dy_mm,dz_mm", "x_mm,y_mm,z_mm");
     refused("a.csv", positions.as_bytes(), &options, &["positions", "leave --neutral out"]);
+}
+
+#[test]
+fn wide_tables() {
+    let text =
+        "time_s,lip_x_mm,lip_y_mm,lip_z_mm,chin_x_mm,chin_y_mm,chin_z_mm\n0,1,2,3,4,5,6\n0.1,1.5,,,NaN,,\n";
+    let document = read("a.csv", text.as_bytes());
+    let r = &document.recording;
+    assert_eq!(
+        (document.format, r.names()),
+        (RecordingFormat::WideTable, &["lip".to_owned(), "chin".to_owned()][..])
+    );
+    assert_eq!((r.times_s(), r.frame(0)), (&[0., 0.1][..], &[vec3(1., 2., 3.), vec3(4., 5., 6.)][..]));
+    assert_eq!(r.frame(1), [None, None]);
+    let cm = ReadOptions { unit: Some(LengthUnit::Centimetre), ..ReadOptions::default() };
+    for (same, options) in [
+        ("time_s;lip.x;lip.y;lip.z;chin.x;chin.y;chin.z\n0;0,1;0,2;0,3;0,4;0,5;0,6\n0,1;;;;;;\n", cm),
+        (
+            "\"t_ms\"\t\"S:lip_X (mm)\"\tS:lip_Y (mm)\tS:lip_Z (mm)\tS:chin_X (mm)\tS:chin_Y (mm)\tS:chin_Z (mm)\n0\t1\t2\t3\t4\t5\t6\n100\t\t\t\t\t\t\n",
+            ReadOptions::default(),
+        ),
+        (
+            "frame,lip_x_mm,lip_y_mm,lip_z_mm,chin_x_mm,chin_y_mm,chin_z_mm\n7,1,2,3,4,5,6\n8,,,,,,\n",
+            ReadOptions { rate_hz: Some(10.), ..ReadOptions::default() },
+        ),
+        (
+            "lip_x_mm,lip_y_mm,lip_z_mm,chin_x_mm,chin_y_mm,chin_z_mm\n1,2,3,4,5,6\n,,,,,\n",
+            ReadOptions { rate_hz: Some(10.), ..ReadOptions::default() },
+        ),
+    ] {
+        let other = parse_recording(same.as_bytes(), Path::new("a.csv"), &options)
+            .unwrap_or_else(|e| panic!("{e}"))
+            .recording;
+        assert_eq!(
+            (other.names(), other.times_s(), other.frame(1)),
+            (r.names(), r.times_s(), r.frame(1)),
+            "{same}"
+        );
+        for (a, b) in other.frame(0).iter().zip(r.frame(0)) {
+            assert!((a.unwrap() - b.unwrap()).norm() < 1e-12, "{same}");
+        }
+    }
+    let posed = read("a.csv", b"pose,lip_x_mm,lip_y_mm,lip_z_mm\nrest,1,2,3\nsmile,4,5,6\n").recording;
+    assert_eq!(posed.frame_names(), Some(&["rest".to_owned(), "smile".to_owned()][..]));
+}
+
+#[test]
+fn what_wide_tables_cannot_be() {
+    let none = ReadOptions::default();
+    let good = "time_s,lip_x_mm,lip_y_mm,lip_z_mm\n0,1,2,3\n0.1,1,2,3\n";
+    let bad = |old: &str, new: &str| good.replacen(old, new, 1).into_bytes();
+    refused(
+        "a.csv",
+        &bad("_mm,lip_y_mm,lip_z_mm", ",lip_y,lip_z"),
+        &none,
+        &["a.csv:1", "no unit", "--unit mm"],
+    );
+    refused("a.csv", &bad("lip_y_mm", "lib_y_mm"), &none, &["a.csv:1", "no column lip y"]);
+    refused("a.csv", &bad("lip_y_mm", "lip_x_mm"), &none, &["a.csv:1", "lip_x_mm"]);
+    refused("a.csv", &bad("\n0.1", "\n0"), &none, &["a.csv:3", "0 s, not after"]);
+    refused("a.csv", &bad("time_s", "frame"), &none, &["no times", "--rate-hz"]);
+    refused("a.csv", &bad("0,1,2,3", "0,1,2"), &none, &["a.csv:2", "3 entries", "4"]);
+    refused("a.csv", &bad("0,1,2,3", "0,1,2,3,4"), &none, &["a.csv:2", "5 entries", "4"]);
+    refused("a.csv", &bad("0,1,2,3", "0,1,b,3"), &none, &["a.csv:2: lip y", "`b`"]);
+}
+
+/// The layouts that the programs' manuals show.
+#[test]
+fn exports_with_several_rows_of_names() {
+    let nexus = "Trajectories\n100\n,,Ann:lip,,,Ann:chin,,\nFrame,Sub Frame,X,Y,Z,X,Y,Z\n,,cm,cm,cm,cm,cm,cm\n\
+                 11,0,.1,.2,.3,.4,.5,.6\n12,0,.1,.2,.3,,,\n";
+    let devices =
+        format!("Devices\n1000\n,,Force\nFrame,Sub Frame,Fx\n,,N\n1,0,3\n\n{nexus}\nModel Outputs\n100\nx\n");
+    let motive = "Format Version,1.23,Take Name,a,Capture Frame Rate,100,Rotation Type,Quaternion,Length Units,Centimeters,Coordinate Space,Global\n\
+                  \n,Type,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body Marker,Rigid Body Marker,Rigid Body Marker,Rigid Body Marker,Marker,Marker,Marker,Marker,Marker,Marker\n\
+                  ,Name,head,head,head,head,head,head,head,head:1,head:1,head:1,head:1,lip,lip,lip,chin,chin,chin\n\
+                  ,ID,1,1,1,1,1,1,1,2,2,2,2,3,3,3,4,4,4\n\
+                  ,,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Position,Position,Position,Marker Quality,Position,Position,Position,Position,Position,Position\n\
+                  Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,X,Y,Z,,X,Y,Z,X,Y,Z\n\
+                  10,0.1,0,0,0,1,9,9,9,8,8,8,1,.1,.2,.3,.4,.5,.6\n11,0.11,0,0,0,1,9,9,9,8,8,8,1,.1,.2,.3,,,\n";
+    let bare = "Frame#;Time;lip;;;chin;;\n;;X1;Y1;Z1;X2;Y2;Z2\n10;0,1;0,1;0,2;0,3;0,4;0,5;0,6\n11;0,11;0,1;0,2;0,3;;;\n";
+    let cm = ReadOptions { unit: Some(LengthUnit::Centimetre), ..ReadOptions::default() };
+    for (text, options) in [
+        (nexus, ReadOptions::default()),
+        (&devices, ReadOptions::default()),
+        (motive, ReadOptions::default()),
+        (bare, cm),
+    ] {
+        let r = parse_recording(text.as_bytes(), Path::new("a.csv"), &options)
+            .unwrap_or_else(|e| panic!("{e}\n{text}"))
+            .recording;
+        assert_eq!((r.names(), r.times_s()), (&["lip".to_owned(), "chin".to_owned()][..], &[0.1, 0.11][..]));
+        let expected = [Vec3::new(1., 2., 3.), Vec3::new(4., 5., 6.)];
+        assert!(r.frame(0).iter().zip(expected).all(|(p, q)| (p.unwrap() - q).norm() < 1e-12));
+        assert!(r.frame(1)[0].is_some() && r.frame(1)[1].is_none());
+    }
+    refused("a.csv", bare.as_bytes(), &ReadOptions::default(), &["no unit"]);
+    let metres = motive.replace("Centimeters", "Furlongs");
+    refused("a.csv", metres.as_bytes(), &ReadOptions::default(), &["a.csv:1", "Furlongs"]);
+}
+
+// MediaPipe
+
+/// Where point `k` is, pixels; both irises are 10 pixels wide, and the outer corners of the eyes 3, 4 and 12 pixels apart.
+fn pixel(k: usize) -> [f64; 3] {
+    match k {
+        33 => [300., 200., 5.],
+        263 => [303., 204., -7.],
+        469 | 474 => [300., 210., 0.],
+        471 | 476 => [306., 218., 9.],
+        _ => [100. + k as f64, 300. - k as f64, 0.5 * k as f64 - 20.],
+    }
+}
+
+fn face(points: usize, [w, h]: [f64; 2]) -> Vec<[f64; 3]> {
+    (0..points).map(pixel).map(|[x, y, z]| [x / w, y / h, z / w]).collect()
+}
+
+const SIZE: [f64; 2] = [640., 480.];
+
+fn points_json(face: &[[f64; 3]]) -> String {
+    let all: Vec<String> = face
+        .iter()
+        .map(|[x, y, z]| format!("{{\"x\":{x:e},\"y\":{y:e},\"z\":{z:e},\"visibility\":null}}"))
+        .collect();
+    format!("[{}]", all.join(","))
+}
+
+/// Every layout of JSON and tables gives the same face: up is up, towards the camera is forward, irises are 11.77 mm.
+#[test]
+fn faces_of_mediapipe_in_json_and_tables() {
+    let face = face(478, SIZE);
+    let json = points_json(&face);
+    let arrays = format!(
+        "[{}]",
+        face.iter().map(|[x, y, z]| format!("[{x:e},{y:e},{z:e}]")).collect::<Vec<_>>().join(",")
+    );
+    let size = "\"width\":640,\"height\":480";
+    let wide_heads: Vec<String> = (0..478).flat_map(|k| ["x", "y", "z"].map(|a| format!("{a}{k}"))).collect();
+    let row = |f: &[[f64; 3]]| f.iter().flatten().map(|x| format!("{x:e}")).collect::<Vec<_>>().join(",");
+    let long: String =
+        face.iter().enumerate().rev().map(|(k, [x, y, z])| format!("0,{k},{x:e},{y:e},{z:e}\n")).collect();
+    let with_size = ReadOptions { image: Some(SIZE), ..ReadOptions::default() };
+    let with_rate = ReadOptions { rate_hz: Some(20.), ..with_size };
+    let none = ReadOptions::default();
+    for (text, options, times, missing) in [
+        (
+            format!(
+                "{{{size},\"frames\":[{{\"time_s\":0,\"landmarks\":{json}}},{{\"time_s\":0.05,\"landmarks\":[]}}]}}"
+            ),
+            none,
+            2,
+            true,
+        ),
+        (
+            format!(
+                "[{{\"timestamp_ms\":0,\"faceLandmarks\":[{json}],{size}}},{{\"timestamp_ms\":50,\"face_landmarks\":[{json}]}}]"
+            ),
+            none,
+            2,
+            false,
+        ),
+        (
+            format!(
+                "{{\"timestamp_ms\":0,\"multi_face_landmarks\":[{{\"landmark\":{json}}}]}}\n{{\"timestamp_ms\":50,\"multi_face_landmarks\":null}}\n"
+            ),
+            with_size,
+            2,
+            true,
+        ),
+        (format!("[[{json}],[{json}]]"), with_rate, 2, false),
+        (format!("[{arrays},[]]"), with_rate, 2, true),
+        (json.clone(), with_size, 1, false),
+        (
+            format!("time_s,{}\n0,{}\n0.05,{}\n", wide_heads.join(","), row(&face), ",".repeat(3 * 478 - 1)),
+            with_size,
+            2,
+            true,
+        ),
+        (format!("time_s,landmark_index,x,y,z\n{long}"), with_size, 1, false),
+    ] {
+        let document =
+            parse_recording(text.as_bytes(), Path::new("a.json"), &options).unwrap_or_else(|e| panic!("{e}"));
+        let r = &document.recording;
+        assert_eq!(document.format, RecordingFormat::MediaPipe);
+        assert_eq!((r.names().len(), r.n_frames()), (478, times));
+        assert!(times == 1 || r.times_s() == [0., 0.05]);
+        assert!(times == 1 || r.frame(1).iter().all(|p| p.is_none() == missing));
+        let scale = 11.77 / 10.;
+        for k in 0..478 {
+            let [x, y, z] = pixel(k);
+            let expected = Vec3::new(x, -y, -z) * scale;
+            assert!((r.frame(0)[k].unwrap() - expected).norm() < 1e-9, "{k}");
+        }
+        for (k, name) in [(61, "cheilion_r"), (291, "cheilion_l"), (2, "subnasale"), (5, "p5"), (477, "p477")]
+        {
+            assert_eq!(r.names()[k], name);
+        }
+        assert!(r.depth_weight() < 0.5);
+        let RecordingFileWarning::VideoTracker { mm_a_pixel, .. } = document.warnings[0] else { panic!() };
+        assert!((mm_a_pixel - scale).abs() < 1e-12);
+        assert!(document.warnings[0].to_string().contains("symmetric"));
+    }
+}
+
+#[test]
+fn what_tells_the_size_of_a_face_in_a_video() {
+    let text = points_json(&face(468, SIZE));
+    let none = ReadOptions { image: Some(SIZE), ..ReadOptions::default() };
+    refused("a.json", text.as_bytes(), &none, &["468 points", "no irises", "--length"]);
+    let scale = ImageScale::Length { from: "exocanthion_r", to: "exocanthion_l", length_mm: 91. };
+    let options = ReadOptions { scale, ..none };
+    let r = parse_recording(text.as_bytes(), Path::new("a.json"), &options).unwrap().recording;
+    assert!((r.frame(0)[33].unwrap() - r.frame(0)[263].unwrap()).norm() - 91. < 1e-9);
+    assert!((r.frame(0)[33].unwrap() - Vec3::new(300., -200., -5.) * 7.).norm() < 1e-9);
+    let scale = ImageScale::Length { from: "p4", to: "p468", length_mm: 91. };
+    refused("a.json", text.as_bytes(), &ReadOptions { scale, ..none }, &["p468", "p467"]);
+    let scale = ImageScale::Length { from: "p4", to: "p4", length_mm: 91. };
+    refused("a.json", text.as_bytes(), &ReadOptions { scale, ..none }, &["no scale", "p4 to p4"]);
+}
+
+#[test]
+fn what_mediapipe_cannot_be() {
+    let good = points_json(&face(478, SIZE));
+    let none = ReadOptions::default();
+    let sized = ReadOptions { image: Some(SIZE), ..none };
+    refused("a.json", good.as_bytes(), &none, &["--image 1920x1080", "width"]);
+    refused("a.json", format!("[[{good}],[{good}]]").as_bytes(), &sized, &["no times", "--rate-hz"]);
+    refused(
+        "a.json",
+        format!("{{\"faces\":[{good},{good}]}}").as_bytes(),
+        &sized,
+        &["frame 1", "several faces"],
+    );
+    refused("a.json", points_json(&face(400, SIZE)).as_bytes(), &sized, &["400 points", "468", "478"]);
+    refused("a.json", points_json(&face(478, [2., 2.])).as_bytes(), &sized, &["no share of the image"]);
+    let truncated = &good[..good.len() / 2];
+    refused("a.json", truncated.as_bytes(), &sized, &["a.json:1", "no JSON", "EOF"]);
+    refused("a.json", b"{\"a\": 1}", &sized, &["holds no face"]);
+    refused("a.json", b"[1, [2], {}]", &sized, &["side by side"]);
+    refused("a.json", b"[{\"x\": 1, \"z\": 2}]", &sized, &["lacks x or y"]);
+    let hardly = format!("[{good}{}]", ",[]".repeat(100));
+    let rated = ReadOptions { rate_hz: Some(30.), ..sized };
+    refused("a.json", hardly.as_bytes(), &rated, &["one frame in 64"]);
+    let backwards = format!("[{{\"t\":1,\"landmarks\":{good}}},{{\"t\":0,\"landmarks\":{good}}}]");
+    refused("a.json", backwards.as_bytes(), &sized, &["0 s", "not after"]);
+}
+
+#[test]
+fn a_recording_is_written_as_a_table_and_read_back() {
+    let frames: [&[[f32; 4]]; 2] =
+        [&[[0.1, -2e-7, 3e9, 0.], [1., 2., 3., 0.]], &[[1., 2., 3., -1.], [1., 2.5, 3., 0.]]];
+    let r = read("a.c3d", &C3d::new(&["a,\"b\"", "c"], &frames).bytes()).recording;
+    assert_eq!(read("a.csv", recording_csv(&r).as_bytes()).recording, r);
+    let named = r.with_frame_names(vec!["rest".into(), "smile; open".into()]).unwrap();
+    let back = read("a.csv", recording_csv(&named).as_bytes()).recording;
+    assert_eq!((back.frame_names(), back.frame(1)), (named.frame_names(), named.frame(1)));
+}
+
+#[test]
+fn the_program_tells_what_a_recording_holds_and_writes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.c3d");
+    std::fs::write(&path, gaps(Processor::Mips, -1.).bytes()).unwrap();
+    let run = |arguments: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("modiolus").unwrap();
+        let output = command.current_dir(folder.path()).arg("recording").args(arguments).output().unwrap();
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+    };
+    let (code, told, _) = run(&["a.c3d", "--out", "a.csv"]);
+    assert_eq!(code, 0);
+    for part in [
+        "a.c3d: C3D in mm, 4 frames of 2 markers",
+        "0.000 to 0.060 s at 50",
+        "seen: 50.00 per cent",
+        "Warnings\n- marker b",
+    ] {
+        assert!(told.contains(part), "{told}");
+    }
+    let (code, json, _) = run(&["a.csv", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((code, &json["frames"], &json["markers"][0]["longest_gap"]), (0, &4.into(), &2.into()));
+    assert_eq!(json["markers"][0]["span_mm"], serde_json::json!([[10., 11.], [-21., -20.], [30., 31.]]));
+    let (code, _, told) = run(&["a.csv", "--neutral", "a.c3d"]);
+    assert_eq!(code, 2);
+    assert!(told.contains("a.csv") && told.contains("--neutral"), "{told}");
+    let (code, _, told) = run(&["a.csv", "--out", "a.csv"]);
+    assert!(code == 2 && told.contains("a.csv would be replaced"), "{told}");
+    assert_eq!(run(&["a.csv", "--unit", "inch"]).0, 2);
 }
 
 // Real data

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use modiolus::contact::closed_surface;
-use modiolus::io::{parse_mesh, parse_plan, parse_surface, parse_target, read_face};
+use modiolus::io::{
+    ReadOptions, parse_mesh, parse_plan, parse_recording, parse_surface, parse_target, read_face, recording_csv,
+};
 use modiolus::mesh::{Locator, validate_shape};
 use modiolus::units::LengthUnit::Millimetre;
 
@@ -21,6 +23,21 @@ pub fn mesh(name: &str, bytes: &[u8]) {
 pub fn surface(name: &str, bytes: &[u8]) {
     if let Ok(surface) = parse_surface(bytes, Path::new(name), Millimetre) {
         let _ = closed_surface(&surface, true);
+    }
+}
+
+/// A recording of markers in a file called `name`; what is read is written and read again.
+pub fn recording(name: &str, bytes: &[u8]) {
+    let neutral = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/marker_csv/long.csv");
+    let size = ReadOptions { rate_hz: Some(30.), image: Some([640., 480.]), ..ReadOptions::default() };
+    for options in [ReadOptions::default(), size, ReadOptions { neutral: Some(&neutral), ..ReadOptions::default() }] {
+        if let Ok(document) = parse_recording(bytes, Path::new(name), &options) {
+            for warning in &document.warnings {
+                let _ = warning.to_string();
+            }
+            let text = recording_csv(&document.recording);
+            let _ = parse_recording(text.as_bytes(), Path::new("b.csv"), &ReadOptions::default());
+        }
     }
 }
 

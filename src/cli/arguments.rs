@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiolus::certainty::Discrepancy;
 use modiolus::face::{Jaw, standard::Resolution};
 use modiolus::inverse::Target;
-use modiolus::io::nearest;
+use modiolus::io::{ImageScale, ReadOptions, nearest};
 use modiolus::render::{MAX_SIDE, MIN_SIDE, Show, View};
 use modiolus::study::{HeldStiffness, Mechanics, Stiffness, Strain};
 use modiolus::units::LengthUnit;
@@ -44,6 +44,8 @@ pub(crate) enum Verb {
     Compare(CompareOptions),
     /// Write the quadratic program of a result, with its answer and all multipliers, to be checked by others.
     Export(ExportOptions),
+    /// Tell what a recording of markers holds: C3D, TRC, CSV, or the face landmarks of MediaPipe.
+    Recording(RecordingOptions),
     /// Draw a face, at rest, under given activations, or as an answer moves it.
     Render(RenderOptions),
     /// Draw the figures of the standard face: rest, smile, where muscle forces go, what each muscle does.
@@ -248,11 +250,8 @@ pub(crate) struct MarkersOptions {
 
 #[derive(Debug, Args)]
 pub(crate) struct TrackOptions {
-    #[arg(
-        value_name = "RECORDING",
-        help = "Markers over time: C3D, TRC, CSV or MediaPipe landmarks; its content decides"
-    )]
-    pub(crate) recording: PathBuf,
+    #[command(flatten)]
+    pub(crate) input: RecordingInput,
     /// Which marker is which point of the face, and how they are to be read; without it labels are names of landmarks, and
     /// the first frame is neutral.
     #[arg(long, value_name = "MAP.toml")]
@@ -268,12 +267,6 @@ pub(crate) struct TrackOptions {
     /// How lips, cheeks and teeth touch.
     #[arg(long, value_parser = parse_forward_contact, value_name = "reactions|off", default_value = "reactions")]
     pub(crate) contact: ContactMode,
-    /// Unit of the recording's lengths, where its file does not state it or is wrong.
-    #[arg(long, value_name = "mm|cm|m", value_parser = parse_unit)]
-    pub(crate) unit: Option<LengthUnit>,
-    /// Frames a second, where a table numbers its frames and gives no times.
-    #[arg(long, value_name = "HZ", value_parser = parse_rate)]
-    pub(crate) rate_hz: Option<f64>,
     /// Write every Kth frame of the whole face, too, and series.pvd that lists them.
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) series: Option<u16>,
@@ -317,6 +310,68 @@ pub(crate) struct MapOptions {
     /// The file to write.
     #[arg(long, value_name = "FILE.npz", value_parser = |text: &str| parse_out(text, "npz", "a map is written as NPZ, for NumPy"))]
     pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RecordingOptions {
+    #[command(flatten)]
+    pub(crate) input: RecordingInput,
+    /// Write it as a table with a row a frame, in mm and s.
+    #[arg(long, value_name = "FILE.csv", value_parser = |text: &str| parse_out(text, "csv", "recordings are written as CSV"))]
+    pub(crate) out: Option<PathBuf>,
+    /// Print JSON instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A recording, and what its file may leave unsaid.
+#[derive(Debug, Args)]
+pub(crate) struct RecordingInput {
+    #[arg(
+        value_name = "RECORDING",
+        help = "Markers over time: C3D, TRC, CSV, or landmarks of MediaPipe; the content decides"
+    )]
+    pub(crate) recording: PathBuf,
+    /// The unit of its lengths, where the file states none or a wrong one.
+    #[arg(long, value_name = "mm|cm|m", value_parser = parse_unit)]
+    pub(crate) unit: Option<LengthUnit>,
+    /// Frames a second, where the file numbers its frames and gives no time.
+    #[arg(long, value_name = "HZ", value_parser = parse_rate)]
+    pub(crate) rate_hz: Option<f64>,
+    /// The file of the positions from which the displacements of a table count.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) neutral: Option<PathBuf>,
+    /// The size of the image, in pixels, of which the landmarks of a video are shares.
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_image)]
+    pub(crate) image: Option<[f64; 2]>,
+    /// What tells how large the face in a video is, in place of its irises of 11.77 mm: a distance that was measured.
+    #[arg(long, value_name = "FROM,TO=MM", value_parser = parse_length)]
+    pub(crate) length: Option<MeasuredLength>,
+}
+
+impl RecordingInput {
+    /// What is said in place of the file.
+    pub(crate) fn stated(&self) -> ReadOptions<'_> {
+        let scale = match &self.length {
+            None => ImageScale::Iris,
+            Some(MeasuredLength { from, to, mm }) => ImageScale::Length { from, to, length_mm: *mm },
+        };
+        ReadOptions {
+            unit: self.unit,
+            rate_hz: self.rate_hz,
+            neutral: self.neutral.as_deref(),
+            image: self.image,
+            scale,
+        }
+    }
+}
+
+/// A distance between two landmarks.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MeasuredLength {
+    pub(crate) from: String,
+    pub(crate) to: String,
+    pub(crate) mm: f64,
 }
 
 #[derive(Debug, Args)]
@@ -517,6 +572,36 @@ fn parse_sigma(text: &str) -> Result<f64, String> {
     }
 }
 
+fn parse_unit(text: &str) -> Result<LengthUnit, String> {
+    LengthUnit::parse(text).ok_or_else(|| unknown(text, &LengthUnit::NAMES))
+}
+
+fn parse_rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(hz) if hz > 0. && hz <= 1e6 => Ok(hz),
+        _ => Err("write the frames a second, such as 60".to_owned()),
+    }
+}
+
+fn parse_image(text: &str) -> Result<[f64; 2], String> {
+    let side = |text: &str| text.trim().parse::<u32>().ok().filter(|side| *side > 0).map(f64::from);
+    text.split_once('x')
+        .and_then(|(width, height)| Some([side(width)?, side(height)?]))
+        .ok_or_else(|| "write WIDTHxHEIGHT in pixels, such as 1920x1080".to_owned())
+}
+
+fn parse_length(text: &str) -> Result<MeasuredLength, String> {
+    let parse = || {
+        let (ends, mm) = text.split_once('=')?;
+        let (from, to) = ends.split_once(',')?;
+        let mm = mm.trim().parse().ok().filter(|mm| (1. ..=1000.).contains(mm))?;
+        Some(MeasuredLength { from: from.trim().to_owned(), to: to.trim().to_owned(), mm })
+    };
+    parse().ok_or_else(|| {
+        "write two landmarks and their distance in mm, such as exocanthion_r,exocanthion_l=90".to_owned()
+    })
+}
+
 fn parse_asymmetry(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(mm) if (0. ..=100.).contains(&mm) => Ok(mm),
@@ -622,17 +707,6 @@ fn parse_held(text: &str) -> Result<HeldStiffness, String> {
     }
 }
 
-fn parse_unit(text: &str) -> Result<LengthUnit, String> {
-    LengthUnit::parse(text).ok_or_else(|| unknown(text, &LengthUnit::NAMES))
-}
-
-fn parse_rate(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(value) if value > 0.0 && value <= 1e5 => Ok(value),
-        _ => Err("write frames a second, above 0 and up to 100000, such as 60".to_owned()),
-    }
-}
-
 fn parse_fraction(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
@@ -652,6 +726,17 @@ mod tests {
     fn the_command_line_is_consistent() {
         use clap::CommandFactory;
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn what_a_recording_leaves_unsaid_is_stated() {
+        assert_eq!(parse_image("1920x1080"), Ok([1920., 1080.]));
+        let expected = MeasuredLength { from: "p4".into(), to: "nasion".into(), mm: 51.5 };
+        assert_eq!(parse_length("p4,nasion=51.5"), Ok(expected));
+        assert!(parse_image("0x5").is_err() && parse_image("5").is_err() && parse_length("a=1").is_err());
+        assert!(["a,b=", "a,b=0", "a,b=nan"].iter().all(|bad| parse_length(bad).is_err()));
+        assert!(["0", "-1", "inf", "x"].iter().all(|bad| parse_rate(bad).is_err()));
+        assert!(parse_unit("inch").is_err_and(|e| e.contains("mm, cm, m")));
     }
 
     #[test]

@@ -54,8 +54,6 @@ pub(crate) enum CliError {
     )]
     NothingToIdentify { heading: String },
     #[error(transparent)]
-    RecordingFile(#[from] RecordingFileError),
-    #[error(transparent)]
     MarkerMap(#[from] MarkerMapError),
     #[error("{}: {error}", recording.display())]
     Track { recording: PathBuf, error: Box<TrackError> },
@@ -68,6 +66,8 @@ pub(crate) enum CliError {
     Map(#[from] MapFileError),
     #[error(transparent)]
     Mesh(#[from] MeshFileError),
+    #[error(transparent)]
+    RecordingFile(#[from] RecordingFileError),
     #[error(transparent)]
     Answer(#[from] AnswerFileError),
     #[error("{}: the face was given as {face}, which cannot be read from here: {reason}; run from the folder where the answer was computed", dir.display())]

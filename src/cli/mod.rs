@@ -15,6 +15,7 @@ mod map;
 mod markers;
 mod program;
 mod progress;
+mod recording;
 mod render;
 mod suite;
 mod surgery;
@@ -100,6 +101,7 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
         Verb::Track(options) => track::run(&options),
         Verb::Forward(options) => forward::run(&options),
         Verb::Map(options) => map::run(&options),
+        Verb::Recording(options) => recording::run(&options),
         Verb::Render(options) => render::run(&options),
         Verb::Figures(options) => figures::run(&options),
         Verb::Surgery(options) => surgery::run(&options),

@@ -44,7 +44,10 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
             let has_contact = options.contact != ContactMode::Off;
             Track::new(&loaded.face, &document.recording, map, options.stiffness, has_contact)
         })
-        .map_err(|error| CliError::Track { recording: options.recording.clone(), error: Box::new(error) })?;
+        .map_err(|error| CliError::Track {
+            recording: options.input.recording.clone(),
+            error: Box::new(error),
+        })?;
 
     let key = key(options, &loaded, &inputs)?;
     let blocks = TrackBlocks::new(&options.out, &key);
@@ -99,15 +102,17 @@ fn read(options: &TrackOptions) -> Result<Read, CliError> {
         inputs.extend(document.files.iter().map(|file| (input_name(&file.path), file.sha256.clone())));
     };
     if let Some(path) = &neutral_file {
-        let neutral = read_recording(path, &ReadOptions { unit: options.unit, ..ReadOptions::default() })?;
+        let neutral = read_recording(path, &ReadOptions { neutral: None, ..options.input.stated() })?;
         put(&neutral);
         let recording = &neutral.recording;
         let seen = recording.names().iter().zip(recording.frame(0));
         map.neutral =
             Neutral::Positions(seen.filter_map(|(label, p)| Some((label.clone(), (*p)?))).collect());
     }
-    let read = ReadOptions { unit: options.unit, rate_hz: options.rate_hz, neutral: neutral_file.as_deref() };
-    let document = read_recording(&options.recording, &read)?;
+    // The displacements of a table count from where the markers rest.
+    let stated = options.input.stated();
+    let read = ReadOptions { neutral: stated.neutral.or(neutral_file.as_deref()), ..stated };
+    let document = read_recording(&options.input.recording, &read)?;
     put(&document);
     Ok(Read { document, map, inputs })
 }
@@ -118,11 +123,12 @@ fn key(
     loaded: &LoadedFace,
     inputs: &BTreeMap<String, String>,
 ) -> Result<String, CliError> {
-    let TrackOptions { strength, stiffness, contact, unit, rate_hz, .. } = options;
+    let TrackOptions { input, strength, stiffness, contact, .. } = options;
+    let ReadOptions { unit, rate_hz, image, scale, .. } = input.stated();
     let version = env!("CARGO_PKG_VERSION");
     let contents: Vec<&String> = inputs.values().collect();
     let all = format!(
-        "{version} {} {} {strength} {stiffness:?} {contact:?} {unit:?} {rate_hz:?} {}",
+        "{version} {} {} {strength} {stiffness:?} {contact:?} {unit:?} {rate_hz:?} {image:?} {scale:?} {}",
         loaded.name,
         options.map.is_some(),
         serde_json::to_string(&contents)?
@@ -224,7 +230,7 @@ fn json(
     }));
     let times_s = track.times_s();
     TrackJson {
-        recording: input_name(&options.recording),
+        recording: input_name(&options.input.recording),
         face: loaded.name.clone(),
         strength: options.strength,
         contact_mode: options.contact.name().to_owned(),

@@ -85,8 +85,8 @@ pub use nonlinear_json::{DeformationJson, LinearJson, OtherJson, StepJson};
 pub use plan_toml::{PlanDocument, PlanFileError, parse_plan, plan_schema, read_plan};
 pub use program_file::ProgramFile;
 pub use recording_file::{
-    ReadOptions, RecordingDocument, RecordingFileError, RecordingFileErrorKind, RecordingFileWarning,
-    RecordingFormat, parse_recording, read_recording,
+    ImageScale, ReadOptions, RecordingDocument, RecordingFileError, RecordingFileErrorKind,
+    RecordingFileWarning, RecordingFormat, parse_recording, read_recording, recording_csv,
 };
 pub use sha256::sha256;
 pub use solution_json::{

@@ -21,6 +21,8 @@ pub(super) struct Draft {
     pub(super) positions: Vec<Option<Vec3>>,
     /// Of frames, where they have any.
     pub(super) frame_names: Vec<String>,
+    /// What depth counts beside the other directions.
+    pub(super) depth_weight: f64,
     pub(super) warnings: Vec<RecordingFileWarning>,
     /// Where the names of the markers stand.
     pub(super) names_at: Location,
@@ -49,6 +51,7 @@ impl Draft {
             true => recording,
             false => recording.with_frame_names(self.frame_names).map_err(refused)?,
         };
+        let recording = recording.with_depth_weight(self.depth_weight);
         if recording.frame_names().is_none() {
             jumps(&recording, &mut self.warnings);
         }

@@ -219,6 +219,65 @@ pub enum RecordingFileErrorKind {
         /// The name closest to it.
         nearest: Option<String>,
     },
+    /// JSON that is none, or holds something else.
+    #[error("is no JSON of face landmarks: {reason}; export the tracker's results as they are")]
+    Json {
+        /// What the parser says.
+        reason: String,
+    },
+    /// A face of another mesh.
+    #[error("a face has {found} points, and MediaPipe's has 468, or 478 with irises; export all of them")]
+    Points {
+        /// How many.
+        found: usize,
+    },
+    /// More than one face in a frame.
+    #[error("several faces are in this frame; export one of them, such as with num_faces = 1")]
+    Faces,
+    /// Hardly a face in any frame.
+    #[error("fewer than one frame in 64 has a face; cut the recording to where the face is seen")]
+    NoFaces,
+    /// An image of unknown size.
+    #[error(
+        "landmarks are shares of the image's width and height, which the file does not state; add `width` and `height` to its \
+         JSON, or state them: --image 1920x1080"
+    )]
+    AbsentImage,
+    /// Images of different sizes.
+    #[error("the image has another size than before; export one video at a time")]
+    TwoImages,
+    /// Positions in pixels.
+    #[error(
+        "a coordinate is {value}, which is no share of the image; export normalised landmarks, from 0 to 1"
+    )]
+    Pixels {
+        /// The coordinate.
+        value: f64,
+    },
+    /// No iris to measure.
+    #[error(
+        "the face has 468 points and no irises to tell its size; refine_landmarks = true gives 478, or state a length: --length \
+         exocanthion_r,exocanthion_l=90"
+    )]
+    NoIris,
+    /// A length between nothing.
+    #[error(
+        "there is no point {name}; name a landmark, such as exocanthion_r, or a point from p0 to p{last}"
+    )]
+    NoPoint {
+        /// The name.
+        name: String,
+        /// The last index.
+        last: usize,
+    },
+    /// A length that is nothing in the image.
+    #[error(
+        "{by} give no scale: they are in no frame, or at one point; state another length: --length FROM,TO=MM"
+    )]
+    NoScale {
+        /// What was measured.
+        by: String,
+    },
     /// What was read is no recording.
     #[error(transparent)]
     Recording(#[from] RecordingError),

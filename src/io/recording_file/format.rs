@@ -15,11 +15,13 @@ pub enum RecordingFormat {
     WideTable,
     /// A table with a row a marker and frame.
     LongTable,
+    /// Face landmarks of MediaPipe, in JSON or a table.
+    MediaPipe,
 }
 
 impl RecordingFormat {
     /// All of them, for messages.
-    pub(super) const READ: &'static str = "C3D, TRC, CSV";
+    pub(super) const READ: &'static str = "C3D, TRC, CSV, MediaPipe's JSON";
 }
 
 impl fmt::Display for RecordingFormat {
@@ -29,6 +31,7 @@ impl fmt::Display for RecordingFormat {
             Self::Trc => "TRC",
             Self::WideTable => "table, a row a frame",
             Self::LongTable => "table, a row a marker",
+            Self::MediaPipe => "MediaPipe",
         })
     }
 }
@@ -38,6 +41,7 @@ impl fmt::Display for RecordingFormat {
 pub(super) enum Kind {
     C3d,
     Trc,
+    Json,
     Table,
 }
 
@@ -53,7 +57,10 @@ impl Kind {
         if first.len() >= 12 && first[..12].eq_ignore_ascii_case(b"PathFileType") {
             return Self::Trc;
         }
-        Self::Table
+        match first.first() {
+            Some(b'{' | b'[') => Self::Json,
+            _ => Self::Table,
+        }
     }
 }
 
@@ -70,6 +77,7 @@ mod tests {
             (b"xPos,yPos\n", Kind::Table),
             (b"\xEF\xBB\xBFPathFileType\t4\t(X/Y/Z)\ta.trc\n", Kind::Trc),
             (b"time_s,a_x_mm\n", Kind::Table),
+            (b"\n [[", Kind::Json),
         ] {
             assert_eq!(Kind::of(bytes), expected, "{}", String::from_utf8_lossy(bytes));
         }

@@ -92,13 +92,12 @@ enum Key {
     Name(String),
 }
 
-/// The recording in the `rows` below `heads`, whose columns are `columns`.
+/// The recording in the `rows` below `heads`, whose columns are `columns`, as if in mm.
 pub(super) fn parse(
     file: &Path,
     heads: &Record,
     columns: &LongColumns,
     rows: csv::Rows,
-    unit: LengthUnit,
     options: &ReadOptions,
 ) -> Result<Draft> {
     let (mut names, mut marker_of): (Vec<String>, HashMap<String, usize>) = Default::default();
@@ -190,17 +189,18 @@ pub(super) fn parse(
             seconds: *seconds,
             column: (!stated).then(|| heads.entries[*k].clone()),
         },
-        Some(_) => Times::Frames(sorted),
+        Some(_) => Times::Frames { values: sorted, rate_hz: None },
     };
     let times_s = times.in_seconds(file, options, &mut warnings)?;
-    table::left_out(heads, &columns.others, &mut warnings);
+    table::left_out(&heads.entries, &columns.others, &mut warnings);
     Ok(Draft {
         format: RecordingFormat::LongTable,
-        unit,
+        unit: LengthUnit::Millimetre,
         names,
         times_s,
         positions,
         frame_names: poses,
+        depth_weight: 1.,
         warnings,
         names_at: Location::file(file).in_field(shown(&heads.entries[columns.marker])),
         lines: order.iter().map(|&k| lines[k]).collect(),

@@ -7,14 +7,14 @@ use super::draft::Draft;
 use super::error::{RecordingFileError, RecordingFileErrorKind};
 use super::format::{Kind, RecordingFormat};
 use super::options::ReadOptions;
-use super::{c3d, table, trc, unit};
+use super::{c3d, mediapipe_json, table, trc, unit};
 use crate::io::text::without_bom;
 use crate::io::{InputFile, Location, input};
 
 type Result<T> = std::result::Result<T, RecordingFileError>;
 
-/// The recording in `path`, in mm and s. The content decides the format: C3D, TRC, or a table with a row a frame or a row a
-/// marker; `docs/formats.md` says what is read of each.
+/// The recording in `path`, in mm and s. The content decides the format: C3D, TRC, a table with a row a frame or a row a
+/// marker, or the face landmarks of MediaPipe; `docs/formats.md` says what is read of each.
 ///
 /// # Errors
 /// With file, line or byte, field, value and fix, whenever the file is no such recording, or lacks what `options` could
@@ -39,12 +39,17 @@ pub fn parse_recording(bytes: &[u8], path: &Path, options: &ReadOptions) -> Resu
     let draft = match Kind::of(bytes) {
         Kind::C3d => c3d::parse(path, bytes, options)?,
         Kind::Trc => trc::parse(path, &text(path, bytes)?, options)?,
+        Kind::Json => mediapipe_json::parse(path, without_bom(bytes), options)?,
         Kind::Table => {
             let text = text(path, bytes)?;
             table::parse(path, &text, options, &mut files)?
         }
     };
-    let (format, unit) = (draft.format, unit::name(draft.unit).to_owned());
+    let format = draft.format;
+    let unit = match format {
+        RecordingFormat::MediaPipe => "shares of the image".to_owned(),
+        _ => unit::name(draft.unit).to_owned(),
+    };
     let (recording, warnings) = Draft::finish(draft, path)?;
     Ok(RecordingDocument { recording, format, unit, warnings, files })
 }

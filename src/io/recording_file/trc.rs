@@ -7,6 +7,7 @@ use super::draft::Draft;
 use super::error::{RecordingFileError, RecordingFileErrorKind};
 use super::format::RecordingFormat;
 use super::options::ReadOptions;
+use super::subject::without_subject;
 use super::unit;
 use crate::io::csv::{self, Record};
 use crate::io::text::shown;
@@ -66,7 +67,8 @@ pub(super) fn parse(file: &Path, text: &str, options: &ReadOptions) -> Result<Dr
         &mut warnings,
     )?;
 
-    let names: Vec<String> = heads.entries.iter().skip(2).filter(|name| !name.is_empty()).cloned().collect();
+    let mut names: Vec<String> =
+        heads.entries.iter().skip(2).filter(|name| !name.is_empty()).cloned().collect();
     let mismatch = |what, declared, found: usize| {
         let kind = RecordingFileErrorKind::CountMismatch { what, declared, found: found as u64 };
         let field = if what == "frames" { "NumFrames" } else { "NumMarkers" };
@@ -75,6 +77,7 @@ pub(super) fn parse(file: &Path, text: &str, options: &ReadOptions) -> Result<Dr
     if names.len() as u64 != declared_markers {
         return mismatch("markers", declared_markers, names.len());
     }
+    without_subject(&mut names);
     let n = names.len();
     // A file without the row of column names has the first frame there.
     let is_axis = |entry: &String| entry.starts_with(['X', 'Y', 'Z', 'x', 'y', 'z']);
@@ -111,6 +114,7 @@ pub(super) fn parse(file: &Path, text: &str, options: &ReadOptions) -> Result<Dr
         times_s,
         positions,
         frame_names: Vec::new(),
+        depth_weight: 1.,
         warnings,
         names_at: Location::file(file).at_line(heads.line),
         lines,

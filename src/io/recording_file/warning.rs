@@ -104,6 +104,17 @@ pub enum RecordingFileWarning {
         /// The column.
         column: String,
     },
+    /// Landmarks of a video.
+    #[error(
+        "landmarks found in a video are drawn to faces that are symmetric and usual, and their depth is guessed: use markers \
+         to judge an asymmetry; scaled by {by}: {mm_a_pixel:.4} mm a pixel"
+    )]
+    VideoTracker {
+        /// What gave the scale.
+        by: String,
+        /// The scale, mm.
+        mm_a_pixel: f64,
+    },
     /// Columns that are no positions.
     #[error("{} that no marker's position is left out: {names}", counted(*.count, "column"))]
     Columns {

@@ -54,7 +54,7 @@ impl Frames {
     }
 }
 
-/// TRIAL:ACTUAL_START_FIELD and ACTUAL_END_FIELD: the low word of a number, then the high one.
+/// `TRIAL:ACTUAL_START_FIELD` and `ACTUAL_END_FIELD`: the low word of a number, then the high one.
 fn actual_fields(parameters: &Parameters) -> Option<Frames> {
     let field = |name: &str| {
         let parameter = parameters.get(name)?;
@@ -71,7 +71,7 @@ fn actual_fields(parameters: &Parameters) -> Option<Frames> {
     Some(Frames { first, count, parameter: "TRIAL:ACTUAL_END_FIELD" })
 }
 
-/// POINT:LONG_FRAMES, or POINT:FRAMES where it is a floating number.
+/// `POINT:LONG_FRAMES`, or `POINT:FRAMES` where it is a floating number.
 fn long_frames(parameters: &Parameters, first: u64) -> Option<Frames> {
     let long = |name: &'static str| {
         let parameter = parameters.get(name)?;

@@ -133,9 +133,9 @@ pub(super) fn parse(file: &Path, bytes: &[u8], options: &ReadOptions) -> Result<
     let mut positions = Vec::with_capacity(count * n);
     for frame in data.chunks_exact(stride).take(count) {
         positions.extend(frame[..4 * size * n].chunks_exact(4 * size).map(|point| {
-            let [x, y, z, residual] = [0, 1, 2, 3].map(|k| match &point[size * k..][..size] {
-                &[a, b] => f64::from(header.processor.i16([a, b])),
-                &[a, b, c, d] => header.processor.float([a, b, c, d]),
+            let [x, y, z, residual] = [0, 1, 2, 3].map(|k| match point[size * k..][..size] {
+                [a, b] => f64::from(header.processor.i16([a, b])),
+                [a, b, c, d] => header.processor.float([a, b, c, d]),
                 _ => f64::NAN,
             });
             let p = Vec3::new(x, y, z) * if scale < 0. { 1. } else { scale };
@@ -151,6 +151,7 @@ pub(super) fn parse(file: &Path, bytes: &[u8], options: &ReadOptions) -> Result<
         times_s: (0..frames.count).map(|k| (before + k) as f64 / rate).collect(),
         positions,
         frame_names: Vec::new(),
+        depth_weight: 1.,
         warnings,
         names_at: parameters.location(file, "POINT:LABELS"),
         lines: Vec::new(),

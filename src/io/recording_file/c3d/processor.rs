@@ -44,7 +44,7 @@ impl Processor {
 }
 
 /// VAX F floating: the words swapped, `(-1)^s 0.1f 2^(e - 128)` with sign s, 8 bits e and 23 bits f (VAX Architecture
-/// Reference Manual, F_floating); e = 0 is zero, or reserved with a sign.
+/// Reference Manual, `F_floating`); e = 0 is zero, or reserved with a sign.
 fn vax([a, b, c, d]: [u8; 4]) -> f64 {
     let bits = u32::from_be_bytes([b, a, d, c]);
     let (negative, e, f) = (bits >> 31 == 1, (bits >> 23 & 0xFF) as i32, bits & 0x7F_FFFF);
