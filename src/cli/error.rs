@@ -7,9 +7,10 @@ use modiolus::forward::finite::FiniteError;
 use modiolus::forward::{ForwardError, OperationError};
 use modiolus::inverse::{InverseError, TargetError};
 use modiolus::io::{
-    AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError, MarkerMapError, MeshFileError,
-    PlanFileError, RecordingFileError, Standing, SuiteError, TargetFileError, WriteError,
+    AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError, MappedRecordingError,
+    MeshFileError, PlanFileError, RecordingFileError, Standing, SuiteError, TargetFileError, WriteError,
 };
+use modiolus::recording::SubjectError;
 use modiolus::render::RenderError;
 use modiolus::study::{StudyError, TrackError};
 use thiserror::Error;
@@ -54,7 +55,9 @@ pub(crate) enum CliError {
     )]
     NothingToIdentify { heading: String },
     #[error(transparent)]
-    MarkerMap(#[from] MarkerMapError),
+    MappedRecording(#[from] MappedRecordingError),
+    #[error("{}: {error}", recording.display())]
+    Subject { recording: PathBuf, error: Box<SubjectError> },
     #[error("{}: {error}", recording.display())]
     Track { recording: PathBuf, error: Box<TrackError> },
     #[error("the series cannot be computed: {0}")]

@@ -8,12 +8,12 @@ use modiolus::certainty::Certainty;
 use modiolus::face::Face;
 use modiolus::forward::Deformation;
 use modiolus::inverse::{
-    self, Expected, InverseError, Observations, Solution, Status, TangentProgram, Target, Warning,
+    self, Expected, InverseError, Marker, Observations, Solution, Status, TangentProgram, Target, Warning,
 };
 use modiolus::io::{
     CertaintyJson, CertificateJson, ContactJson, DeformationJson, ExpectedJson, FeatureJson, FileSet,
-    LimitJson, LinearJson, MarkerJson, OtherJson, ResidualJson, SolutionJson, StepJson, TargetDocument,
-    TargetJson, read_target,
+    LimitJson, LinearJson, MarkerJson, OtherJson, ReadOptions, RecordedFrame, ResidualJson, SolutionJson,
+    StepJson, TargetDocument, TargetJson, read_mapped_recording, read_target,
 };
 use modiolus::mesh::{Locator, Site};
 use modiolus::study::{self, Fit, LinearAnswer, Stiffness, Strain, StudyError, Verdict, residual_rms_mm};
@@ -75,7 +75,30 @@ pub(crate) struct Asked<'a> {
     /// Its file.
     path: &'a Path,
     document: TargetDocument,
+    recorded: Recorded,
     observations: Observations,
+}
+
+/// What a target takes from a frame of a recording.
+#[derive(Default)]
+struct Recorded {
+    markers: Vec<Marker>,
+    warnings: Vec<String>,
+    /// SHA-256 of each file, by its name.
+    inputs: BTreeMap<String, String>,
+}
+
+impl Recorded {
+    fn of(face: &Face, reference: &RecordedFrame) -> Result<Self, CliError> {
+        let RecordedFrame { file, frame, map } = reference;
+        let read = read_mapped_recording(file, map.as_deref(), &ReadOptions::default())?;
+        let (markers, odd) = study::recorded_markers(face, &read.document.recording, &read.map, frame)
+            .map_err(|error| CliError::Subject { recording: file.clone(), error: Box::new(error) })?;
+        let odd = odd.iter().map(ToString::to_string);
+        let warnings = read.document.warnings.iter().map(ToString::to_string).chain(odd).collect();
+        let inputs = read.files.iter().map(|f| (input_name(&f.path), f.sha256.clone())).collect();
+        Ok(Self { markers, warnings, inputs })
+    }
 }
 
 impl<'a> Asked<'a> {
@@ -88,11 +111,16 @@ impl<'a> Asked<'a> {
     ) -> Result<Self, CliError> {
         let face = &loaded.face;
         let muscles: Vec<String> = face.muscles.iter().map(|m| m.name.clone()).collect();
-        let document = document.expand_patterns(&muscles)?;
+        let mut document = document.expand_patterns(&muscles)?;
+        let mut recorded = Recorded::default();
+        if let Some(reference) = &document.recording {
+            recorded = progress.step("read_recording", || Recorded::of(face, reference))?;
+            document.target.markers.append(&mut recorded.markers);
+        }
         let resolve = || Observations::resolve(&document.target, face, locate(face));
         let observations =
             progress.step("read_face", resolve).map_err(|error| of_target(&document, error))?;
-        Ok(Self { loaded, path, document, observations })
+        Ok(Self { loaded, path, document, recorded, observations })
     }
 
     /// The face.
@@ -254,11 +282,13 @@ fn solution_json(
     asked: &Asked,
     progress: Progress,
 ) -> SolutionJson {
-    let Asked { loaded, path, document, .. } = asked;
+    let Asked { loaded, path, document, recorded, .. } = asked;
     let mut inputs = loaded.inputs.clone();
+    inputs.extend(recorded.inputs.clone());
     inputs.insert(input_name(path), document.sha256.clone());
     let solution = &found.solution;
     let mut warnings: Vec<String> = document.warnings.iter().map(ToString::to_string).collect();
+    warnings.extend(recorded.warnings.iter().cloned());
     // The file's own warning about a zero names the line.
     let told = |w: &&Warning| !matches!(w, Warning::ExactZero { .. });
     warnings.extend(solution.warnings.iter().filter(told).map(|w| format!("{w}: {}", w.remedy())));

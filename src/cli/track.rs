@@ -6,11 +6,11 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use modiolus::io::{
-    AlignmentJson, BoundJson, FileSet, HeadJson, MetJson, OutlierJson, ReadOptions, RecordingDocument,
-    SwapJson, TrackBlocks, TrackJson, TrackTable, VtuData, frames_csv, read_marker_map, read_recording,
-    residuals_csv, sha256, vtu_text,
+    AlignmentJson, BoundJson, FileSet, HeadJson, MappedRecording, MetJson, OutlierJson, ReadOptions,
+    RecordingDocument, SwapJson, TrackBlocks, TrackJson, TrackTable, VtuData, frames_csv,
+    read_mapped_recording, residuals_csv, sha256, vtu_text,
 };
-use modiolus::recording::{FrameStatus, MarkerMap, Met, Neutral, TrackSummary, TrackedFrame};
+use modiolus::recording::{FrameStatus, Met, TrackSummary, TrackedFrame};
 use modiolus::study::Track;
 use modiolus::units::counted;
 
@@ -35,7 +35,11 @@ const SERIES: [&str; 2] = ["series.pvd", "frame_"];
 
 pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     let mut progress = Progress::new();
-    let Read { document, map, mut inputs } = progress.step("read_recording", || read(options))?;
+    let read =
+        || read_mapped_recording(&options.input.recording, options.map.as_deref(), &options.input.stated());
+    let MappedRecording { document, map, files } = progress.step("read_recording", read)?;
+    let mut inputs: BTreeMap<String, String> =
+        files.iter().map(|file| (input_name(&file.path), file.sha256.clone())).collect();
     let loaded = load(&options.face, &mut progress)?.with_strength(options.strength);
     inputs.extend(loaded.inputs.clone());
     keep_inputs(&inputs, FILES.map(|name| options.out.join(name)))?;
@@ -78,43 +82,6 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     say(&format!("wrote {} to {}", counted(written.len(), "file"), options.out.display()));
     let solved = summary.frames[&FrameStatus::Ok] > 0 && summary.frames[&FrameStatus::NotSolved] == 0;
     Ok(Outcome { text: if options.json { text } else { told(options, &json) }, solved })
-}
-
-/// What is read before the face.
-struct Read {
-    document: RecordingDocument,
-    map: MarkerMap,
-    /// SHA-256 of each file, by its name.
-    inputs: BTreeMap<String, String>,
-}
-
-fn read(options: &TrackOptions) -> Result<Read, CliError> {
-    let mut inputs = BTreeMap::new();
-    let (mut map, neutral_file) = match &options.map {
-        Some(path) => {
-            let document = read_marker_map(path)?;
-            inputs.insert(input_name(path), document.sha256.clone());
-            (document.map, document.neutral_file)
-        }
-        None => (MarkerMap::default(), None),
-    };
-    let mut put = |document: &RecordingDocument| {
-        inputs.extend(document.files.iter().map(|file| (input_name(&file.path), file.sha256.clone())));
-    };
-    if let Some(path) = &neutral_file {
-        let neutral = read_recording(path, &ReadOptions { neutral: None, ..options.input.stated() })?;
-        put(&neutral);
-        let recording = &neutral.recording;
-        let seen = recording.names().iter().zip(recording.frame(0));
-        map.neutral =
-            Neutral::Positions(seen.filter_map(|(label, p)| Some((label.clone(), (*p)?))).collect());
-    }
-    // The displacements of a table count from where the markers rest.
-    let stated = options.input.stated();
-    let read = ReadOptions { neutral: stated.neutral.or(neutral_file.as_deref()), ..stated };
-    let document = read_recording(&options.input.recording, &read)?;
-    put(&document);
-    Ok(Read { document, map, inputs })
 }
 
 /// Everything on which the frames depend, as one fingerprint.

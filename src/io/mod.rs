@@ -18,6 +18,7 @@ mod junit;
 mod lines;
 mod location;
 mod map_npz;
+mod mapped_recording;
 mod marker_map_toml;
 mod mesh_document;
 mod mesh_file;
@@ -74,6 +75,7 @@ pub use input_file::{InputFile, UnreadableText};
 pub use junit::junit_text;
 pub use location::Location;
 pub use map_npz::{MapFileError, MapNpz};
+pub use mapped_recording::{MappedRecording, MappedRecordingError, read_mapped_recording};
 pub use marker_map_toml::{
     MarkerMapDocument, MarkerMapError, marker_map_schema, parse_marker_map, read_marker_map,
 };
@@ -100,7 +102,8 @@ pub use surface_file::{parse_surface, read_surface};
 pub use symmetry_json::{MiddleJson, PairJson, PublishedJson, SymmetryJson, given_side, symmetry_schema};
 pub use target_files::{SuiteError, read_targets};
 pub use target_toml::{
-    FieldLines, TargetDocument, TargetFileError, TargetWarning, parse_target, read_target, target_schema,
+    FieldLines, RecordedFrame, TargetDocument, TargetFileError, TargetWarning, parse_target, read_target,
+    target_schema,
 };
 pub use track_blocks::TrackBlocks;
 pub use track_json::{

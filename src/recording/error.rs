@@ -71,6 +71,16 @@ pub enum SubjectError {
     /// No marker is left to fit to.
     #[error("no marker lies on the skin of the face: {}", listed(.0))]
     NothingOnSkin(Vec<OffSkinMarker>),
+    /// A frame that the recording has not.
+    #[error("the recording has no frame {wanted}; it has {}", frames(*.count, .names))]
+    NoFrame {
+        /// How it was asked for.
+        wanted: String,
+        /// How many there are.
+        count: usize,
+        /// Their names, if they have any.
+        names: Vec<String>,
+    },
     /// Too little to follow the head by.
     #[error(
         "{found} that move with the skull; at least 3, not on one line, are needed to tell the head's movement from the \
@@ -87,6 +97,13 @@ fn did_you_mean(nearest: &[String]) -> String {
     match nearest {
         [] => String::new(),
         names => format!("; did you mean {}?", names.join(" or ")),
+    }
+}
+
+fn frames(count: usize, names: &[String]) -> String {
+    match names {
+        [] => format!("the frames 0 to {}", count.saturating_sub(1)),
+        names => names.join(", "),
     }
 }
 

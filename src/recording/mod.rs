@@ -21,7 +21,7 @@ pub use head::HeadMotion;
 pub use marker_map::{Dynamics, JawFreedom, MappedMarker, MarkerMap, MarkerPlace, Neutral, OffSkin};
 pub use mechanism::{JAW_UNKNOWNS, Mechanism};
 pub use movement::{LabelSwap, Movement};
-pub use recording::{Recording, RecordingError};
+pub use recording::{FrameChoice, Recording, RecordingError};
 pub use subject::{BoundMarker, OFF_SKIN_MM, Subject, SubjectWarning};
 pub use track::{Met, Outlier, TrackSummary};
 pub use tracker::{FrameStatus, TrackedFrame, Tracker};

@@ -14,6 +14,17 @@ pub struct Recording {
     frame_names: Vec<String>,
 }
 
+/// One frame of a recording.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FrameChoice {
+    /// By its place, from 0.
+    Index(usize),
+    /// The one nearest to a time, s.
+    Time(f64),
+    /// By its name.
+    Named(String),
+}
+
 /// Why marker positions are no recording.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RecordingError {
@@ -177,6 +188,18 @@ impl Recording {
         let (first, last) = (self.times_s.first()?, self.times_s.last()?);
         let moves = self.times_s.len() > 1 && self.frame_names.is_empty();
         moves.then(|| (self.times_s.len() - 1) as f64 / (last - first))
+    }
+
+    /// The place of a frame, from 0; `None` where there is no such frame.
+    pub fn find(&self, choice: &FrameChoice) -> Option<usize> {
+        match choice {
+            FrameChoice::Index(frame) => (*frame < self.times_s.len()).then_some(*frame),
+            FrameChoice::Time(time_s) => {
+                let off = |frame: &usize| (self.times_s[*frame] - time_s).abs();
+                (0..self.times_s.len()).min_by(|a, b| off(a).total_cmp(&off(b)))
+            }
+            FrameChoice::Named(name) => self.frame_named(name),
+        }
     }
 
     /// What depth (z) counts beside the other directions, in (0, 1].

@@ -18,5 +18,5 @@ pub use fit::{Fit, LinearAnswer, fit};
 pub use mechanics::{Mechanics, Stiffness, Strain};
 pub use moved::{MovedContact, MovedFace};
 pub use mover::Mover;
-pub use track::{HeldStiffness, Track, TrackError};
+pub use track::{HeldStiffness, Track, TrackError, recorded_markers};
 pub use verdict::{Verdict, residual_rms_mm};

@@ -7,10 +7,13 @@ use thiserror::Error;
 
 use crate::face::{ContactReach, ContactSearch, Face};
 use crate::forward::{ContactError, ForwardError, Model};
+use crate::inverse::{Goal, Marker, Place};
 use crate::mesh::Site;
 use crate::recording::{
-    MarkerMap, Mechanism, Movement, Recording, Subject, SubjectError, TrackSummary, TrackedFrame, Tracker,
+    BoundMarker, FrameChoice, MarkerMap, Mechanism, Movement, Recording, Subject, SubjectError,
+    SubjectWarning, TrackSummary, TrackedFrame, Tracker,
 };
+use crate::units::Vec3;
 
 /// Activation at which the stiffness is held to find the mean,
 const FIRST: f64 = 0.2;
@@ -40,6 +43,38 @@ pub enum TrackError {
     /// No contact forces hold it.
     #[error("contact: {0}; --contact off leaves it out")]
     Contact(#[from] ContactError),
+}
+
+/// The markers of one frame of `recording` as displacements on `face`, read as `map` says, and what is odd about them.
+///
+/// # Errors
+/// [`SubjectError`]: there is no such frame, or the subject cannot be brought to the face.
+pub fn recorded_markers(
+    face: &Face,
+    recording: &Recording,
+    map: &MarkerMap,
+    choice: &FrameChoice,
+) -> Result<(Vec<Marker>, Vec<SubjectWarning>), SubjectError> {
+    let Some(frame) = recording.find(choice) else {
+        let wanted = match choice {
+            FrameChoice::Index(frame) => frame.to_string(),
+            FrameChoice::Time(time_s) => format!("at {time_s} s"),
+            FrameChoice::Named(name) => format!("`{name}`"),
+        };
+        let names = recording.frame_names().map_or_else(Vec::new, <[String]>::to_vec);
+        return Err(SubjectError::NoFrame { wanted, count: recording.n_frames(), names });
+    };
+    let subject = Subject::new(recording, map, face)?;
+    let movement = Movement::of(recording, &subject)?;
+    let marker = |(bound, seen): (&BoundMarker, &Option<Vec3>)| {
+        let at = match &bound.landmark {
+            Some(name) => Place::Landmark(name.clone()),
+            None => Place::Point(bound.site.position),
+        };
+        let goal = Goal::Displacement(seen.map_or([None; 3], |u| [Some(u.x), Some(u.y), Some(u.z)]));
+        Marker { name: bound.label.clone(), at, goal, sigma_mm: bound.sigma_mm }
+    };
+    Ok((subject.bound.iter().zip(movement.frame(frame)).map(marker).collect(), subject.warnings))
 }
 
 /// A recording on a face, ready to be fitted block by block.

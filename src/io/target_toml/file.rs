@@ -26,6 +26,8 @@ pub(super) struct TargetTable {
     /// Points of the face and where they shall go.
     #[serde(default, alias = "marker")]
     pub(super) markers: Vec<MarkerTable>,
+    /// Markers of one frame of a recording, beside those above.
+    pub(super) recording: Option<RecordingTable>,
     /// Lengths between two points.
     #[serde(default, alias = "feature")]
     pub(super) features: Vec<FeatureTable>,
@@ -80,6 +82,23 @@ pub(super) struct MarkerTable {
     /// Standard deviation, mm, more than 0.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) sigma_mm: f64,
+}
+
+/// A frame of a recording; give one of `frame`, `time_s` and `name`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RecordingTable {
+    /// The recording, its path beside this file.
+    pub(super) file: String,
+    /// The frame, counted from 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) frame: Option<f64>,
+    /// The time of the frame, s; the nearest is taken.
+    pub(super) time_s: Option<f64>,
+    /// The name of the frame, such as that of an expression.
+    pub(super) name: Option<String>,
+    /// The marker map, its path beside this file; labels are names of landmarks when absent.
+    pub(super) map: Option<String>,
 }
 
 /// A distance, or with an axis the signed component `to - from` along it.

@@ -7,7 +7,7 @@ mod lines;
 mod pattern;
 mod shape;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::de::DeTable;
@@ -19,23 +19,37 @@ pub(super) use lines::line_of;
 pub(super) use shape::check_table;
 
 use self::check::Checker;
-use self::file::TargetTable;
+use self::file::{RecordingTable, TargetTable};
 use super::input_file::read_text;
 use super::schema::toml_schema_of;
 use super::{Location, sha256};
 use crate::inverse::Target;
+use crate::recording::FrameChoice;
 
 /// A target as its file states it, with the line of each field.
 #[derive(Clone, Debug)]
 pub struct TargetDocument {
     /// The target; bounds and tied pairs may still hold patterns such as `*_r`.
     pub target: Target,
+    /// The frame of a recording whose markers are the target's, too, once a face is known.
+    pub recording: Option<RecordedFrame>,
     /// Where each field stands, so that later errors can name its line.
     pub lines: FieldLines,
     /// What is odd about the file.
     pub warnings: Vec<TargetWarning>,
     /// SHA-256 of the text that was parsed.
     pub sha256: String,
+}
+
+/// A frame of a recording that a target file names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedFrame {
+    /// The recording.
+    pub file: PathBuf,
+    /// Which of its frames.
+    pub frame: FrameChoice,
+    /// Its marker map.
+    pub map: Option<PathBuf>,
 }
 
 /// Reads the target file `path`.
@@ -71,11 +85,37 @@ pub fn parse_target(text: &str, path: &Path) -> Result<TargetDocument, TargetFil
         });
     }
     check_table(root.get_ref(), toml_schema_of::<TargetTable>().as_value(), "", &lines)?;
-    let table = TargetTable::deserialize(toml::Deserializer::from(root)).map_err(not_toml)?;
+    let mut table = TargetTable::deserialize(toml::Deserializer::from(root)).map_err(not_toml)?;
+    let recording = table.recording.take().map(|table| recorded(table, path, &lines)).transpose()?;
     let mut checker = Checker::new(&lines);
     let target = checker.target(table)?;
     let warnings = checker.warnings;
-    Ok(TargetDocument { target, lines, warnings, sha256 })
+    Ok(TargetDocument { target, recording, lines, warnings, sha256 })
+}
+
+fn recorded(
+    table: RecordingTable,
+    path: &Path,
+    lines: &FieldLines,
+) -> Result<RecordedFrame, TargetFileError> {
+    let at = |field: &str| Box::new(lines.location(&format!("recording.{field}")));
+    let frame = match (table.frame, table.time_s, table.name) {
+        (Some(frame), None, None) if frame >= 0. && frame.fract() == 0. && frame < 1e9 => {
+            FrameChoice::Index(frame as usize)
+        }
+        (Some(frame), None, None) => {
+            let (value, what) = (frame.to_string(), "the frame, a whole number from 0".to_owned());
+            return Err(TargetFileError::WrongKind { at: at("frame"), value, what });
+        }
+        (None, Some(time_s), None) if time_s.is_finite() => FrameChoice::Time(time_s),
+        (None, None, Some(name)) => FrameChoice::Named(name),
+        _ => {
+            let what = "one of `frame`, `time_s` and `name`".to_owned();
+            return Err(TargetFileError::MissingField { at: at("frame"), what });
+        }
+    };
+    let beside = |name: String| path.with_file_name(name);
+    Ok(RecordedFrame { file: beside(table.file), frame, map: table.map.map(beside) })
 }
 
 /// The JSON schema of target files, as in `schemas/target.schema.json`.
