@@ -1,5 +1,6 @@
 //! File formats: everything that is read from or written to disk.
 
+mod activation_table;
 mod answer;
 mod atomic;
 mod certainty_json;
@@ -37,6 +38,7 @@ mod sha256;
 mod solution_json;
 mod standing;
 mod stl;
+mod sto;
 mod suite_json;
 mod surface_file;
 mod symmetry_json;
@@ -47,6 +49,7 @@ mod text;
 mod vtk;
 mod write_error;
 
+pub use activation_table::{ActivationTable, ActivationTableError, parse_activations, read_activations};
 pub use answer::{AnswerFileError, AnswerFiles, read_answer};
 pub use atomic::write_atomically;
 pub use certainty_json::{
@@ -79,6 +82,7 @@ pub use solution_json::{
     RelaxationEndWord, ResidualJson, SolutionJson, StatusWord, TargetJson, solution_schema,
 };
 pub use standing::Standing;
+pub use sto::sto_text;
 pub use suite_json::{SuiteJson, SuiteTargetJson, VerdictWord, suite_schema};
 pub use surface_file::{parse_surface, read_surface};
 pub use symmetry_json::{MiddleJson, PairJson, PublishedJson, SymmetryJson, given_side, symmetry_schema};

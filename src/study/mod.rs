@@ -8,6 +8,7 @@ mod mechanics;
 mod mirror;
 mod moved;
 mod mover;
+mod tangent;
 mod verdict;
 
 pub use at_once::at_once;
@@ -17,4 +18,5 @@ pub use fit::{Fit, LinearAnswer, fit};
 pub use mechanics::{Mechanics, Stiffness, Strain};
 pub use moved::{MovedContact, MovedFace};
 pub use mover::Mover;
+pub use tangent::MovedTangent;
 pub use verdict::{Verdict, residual_rms_mm};
