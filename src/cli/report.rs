@@ -16,10 +16,10 @@ use super::progress::{Progress, say};
 use super::render::read_moved;
 
 /// A result that was read, with its face.
-pub(super) struct Read {
-    pub(super) title: String,
-    pub(super) loaded: LoadedFace,
-    pub(super) answer: AnswerFiles,
+pub(crate) struct Read {
+    pub(crate) title: String,
+    pub(crate) loaded: LoadedFace,
+    pub(crate) answer: AnswerFiles,
 }
 
 pub(crate) fn run(options: &ReportOptions) -> Result<Outcome, CliError> {
@@ -57,7 +57,7 @@ pub(crate) fn run(options: &ReportOptions) -> Result<Outcome, CliError> {
     Ok(Outcome { text: format!("{}\n", options.out.display()), solved: true })
 }
 
-pub(super) fn result(folder: &Path, progress: &mut Progress) -> Result<Read, CliError> {
+pub(crate) fn result(folder: &Path, progress: &mut Progress) -> Result<Read, CliError> {
     let (mut loaded, answer) = read_moved(folder, progress)?;
     if let Some(index) = &answer.operated {
         loaded.face.teeth = load(&FaceChoice::File(index.clone()), progress)?.face.teeth;
@@ -92,7 +92,7 @@ fn state(Read { loaded, answer, .. }: &Read, label: &str, time: f64) -> MotionSt
 }
 
 /// How `read` is moved, from rest in so many parts.
-pub(super) fn motion(read: &Read, parts: u8, progress: &mut Progress) -> Result<Motion, CliError> {
+pub(crate) fn motion(read: &Read, parts: u8, progress: &mut Progress) -> Result<Motion, CliError> {
     let answer = state(read, "the answer", 1.);
     let is_still = answer.pose.is_rest() && answer.activation.iter().all(|a| *a == 0.);
     let face = &read.loaded.face;

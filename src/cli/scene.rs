@@ -25,10 +25,9 @@ pub(crate) fn run(options: &ExportOptions, format: SceneFormat) -> Result<Outcom
     }
     let mut progress = Progress::new();
     let read = result(&options.result, &mut progress)?;
-    keep_inputs(&read.answer.inputs, [out.clone(), options.result.join("face.vtu")])?;
-    if *out == options.result.join("face.vtu") {
-        return Err(CliError::OverInput(out.clone()));
-    }
+    let mut kept = read.answer.inputs.clone();
+    kept.insert(options.result.join("face.vtu").display().to_string(), String::new());
+    keep_inputs(&kept, [out.clone()])?;
     let LoadedFace { face, .. } = &read.loaded;
     // Only a series needs states between.
     let parts = if format == SceneFormat::Pvd { PARTS } else { 1 };

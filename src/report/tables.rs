@@ -101,11 +101,15 @@ fn summary(answer: &AnswerFiles) -> String {
         facts.push((
             "What the data determine",
             format!(
-                "{} of {} activations to within 20 per cent, {} roughly; the noise raised {:.1} times to explain the residuals",
+                "{} of {} activations to within 20 per cent, {} roughly{}",
                 of("determined"),
                 certainty.unknowns.len(),
                 of("roughly"),
-                certainty.noise_factor
+                match certainty.noise_factor {
+                    factor if factor > 1.05 =>
+                        format!("; the noise raised {factor:.1} times to explain the residuals"),
+                    _ => String::new(),
+                }
             ),
         ));
     }
@@ -145,16 +149,30 @@ fn interval(u: &UnknownJson) -> String {
     format!("({} to {})", percent(u.min), percent(u.max))
 }
 
-/// A name as text: underscores are spaces.
+/// A name as text: underscores are spaces, and the side is a word.
 fn spoken(name: &str) -> String {
-    name.replace('_', " ")
+    let word = |word: &str| {
+        let sided = |end: &str, side: &str| word.strip_suffix(end).map(|stem| format!("{stem} {side}"));
+        let comma = if word.ends_with(',') { "," } else { "" };
+        let bare = word.trim_end_matches(',');
+        match bare.len() == word.len() {
+            true => sided("_l", "left").or_else(|| sided("_r", "right")).unwrap_or_else(|| word.to_owned()),
+            false => spoken(bare) + comma,
+        }
+    };
+    name.split(' ').map(word).collect::<Vec<_>>().join(" ").replace('_', " ")
+}
+
+/// `x` with one digit, nothing being no less than nothing.
+fn tenths(x: f64) -> String {
+    format!("{:.1}", (10. * x).round() / 10. + 0.)
 }
 
 fn markers(markers: &[MarkerJson]) -> String {
     if markers.is_empty() {
         return String::new();
     }
-    let number = |x: Option<f64>| x.map_or_else(|| "\u{2013}".to_owned(), |x| format!("{:.1}", x + 0.));
+    let number = |x: Option<f64>| x.map_or_else(|| "\u{2013}".to_owned(), tenths);
     let rows: Vec<Vec<String>> = markers
         .iter()
         .map(|marker| {

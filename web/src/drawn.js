@@ -2,13 +2,15 @@
 
 import {
   BufferAttribute, BufferGeometry, Color, DoubleSide, DynamicDrawUsage, Group, InstancedMesh, CylinderGeometry, Matrix4,
-  Mesh, MeshBasicMaterial, MeshStandardMaterial, Quaternion, SphereGeometry, Vector3,
+  Mesh, MeshBasicMaterial, MeshStandardMaterial, PlaneGeometry, Quaternion, SphereGeometry, Vector3,
 } from 'three';
 import { apply, applyScalars } from './fields.js';
 
 const TUBE_MM = 0.55;
 const SIDES = 6;
 const MARKER_MM = 1.25;
+/** How far the wall of the mouth goes below the teeth, for an open jaw, mm. */
+const THROAT_MM = 12;
 
 const geometryOf = (positions, index, colours) => {
   const geometry = new BufferGeometry();
@@ -98,6 +100,22 @@ export class Drawn {
       mesh.frustumCulled = false;
       this.teeth.add(mesh);
     }
+    this.makeThroat();
+  }
+
+  /** A dark wall behind the arches, seen from the front only: the mouth has an inside. */
+  makeThroat() {
+    const { teeth } = this.face;
+    if (!teeth.length) return;
+    const boxes = teeth.map((t) => bounds(t.points));
+    const lo = [0, 1, 2].map((c) => Math.min(...boxes.map((b) => b.lo[c])));
+    const hi = [0, 1, 2].map((c) => Math.max(...boxes.map((b) => b.hi[c])));
+    const wall = new PlaneGeometry(hi[0] - lo[0], hi[1] - lo[1] + THROAT_MM);
+    wall.translate((lo[0] + hi[0]) / 2, (lo[1] + hi[1] - THROAT_MM) / 2, lo[2] + 0.35 * (hi[2] - lo[2]));
+    const mesh = new Mesh(wall, new MeshBasicMaterial({ color: new Color(0x2d1110) }));
+    mesh.frustumCulled = false;
+    this.teeth.add(mesh);
+    this.throat = mesh;
   }
 
   makeBones() {
@@ -184,8 +202,8 @@ export class Drawn {
     const { position, normal } = this.skin.geometry.attributes;
     position.needsUpdate = normal.needsUpdate = true;
     if (this.bones.visible) this.bones.children.forEach((m) => (m.geometry.attributes.position.needsUpdate = true));
-    this.teeth.children.forEach((mesh, k) => {
-      const [o, a, b, c] = result.teeth[k];
+    result.teeth.forEach(([o, a, b, c], k) => {
+      const mesh = this.teeth.children[k];
       const axis = (p) => new Vector3(p[0] - o[0], p[1] - o[1], p[2] - o[2]);
       mesh.matrix.makeBasis(axis(a), axis(b), axis(c)).setPosition(...o);
     });

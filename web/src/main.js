@@ -24,7 +24,7 @@ const MAPS = {
   },
   pressure: {
     name: 'contact pressure, kPa', title: 'Contact pressure', unit: 'kPa', of: fields.pressure, share: 0.995,
-    note: 'at rest areas; look from inside',
+    note: 'on the areas of rest; look from inside, without teeth',
   },
 };
 
@@ -143,7 +143,8 @@ class Report {
 
   setSkin(how) {
     byId('skin').value = how;
-    for (const { skin, material } of this.drawn) {
+    for (const { skin, material, throat } of this.drawn) {
+      if (throat) throat.visible = how === 'solid';
       skin.visible = how !== 'none';
       material.transparent = how === 'veil';
       material.opacity = how === 'veil' ? 0.34 : 1;

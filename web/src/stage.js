@@ -41,7 +41,6 @@ export class Stage {
     this.orbit.maxZoom = 12;
     this.orbit.addEventListener('change', () => this.changed());
     this.look(0);
-    this.resize();
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
   }
 
@@ -60,8 +59,10 @@ export class Stage {
     this.view = k;
     this.camera.zoom = 1;
     this.orbit.target.copy(this.centre);
+    const [x, , z] = VIEWS[k].from.map(Math.abs);
+    this.halfWidth = (z * this.half[0] + x * this.half[2]) / Math.hypot(x, z);
     this.camera.position.set(...VIEWS[k].from).normalize().multiplyScalar(this.distance).add(this.centre);
-    this.camera.updateProjectionMatrix();
+    this.resize();
     this.orbit.update();
     this.changed();
   }
@@ -91,7 +92,7 @@ export class Stage {
     this.size = [clientWidth, clientHeight];
     this.renderer.setSize(clientWidth, clientHeight, false);
     const aspect = clientWidth / this.panes.length / clientHeight;
-    const half = 1.1 * Math.max(this.half[1], Math.max(this.half[0], this.half[2]) / aspect);
+    const half = 1.1 * Math.max(this.half[1], this.halfWidth / aspect);
     const { camera } = this;
     [camera.left, camera.right, camera.top, camera.bottom] = [-half * aspect, half * aspect, half, -half];
     [camera.near, camera.far] = [0.1, 3 * this.distance];

@@ -19,9 +19,9 @@ struct Row<'a> {
 fn rows(answer: &AnswerFiles) -> Vec<Row<'_>> {
     let names: Vec<&str> = answer.activations.keys().map(String::as_str).collect();
     let mut rows: Vec<Row<'_>> = Vec::new();
-    for name in &names {
+    for &name in &names {
         if let Some(stem) = name.strip_suffix("_l")
-            && let Some(right) = names.iter().find(|n| n.strip_suffix("_r") == Some(stem))
+            && let Some(right) = names.iter().copied().find(|n| n.strip_suffix("_r") == Some(stem))
         {
             rows.push(Row { stem, sides: [right, name] });
         } else if !name
