@@ -42,7 +42,8 @@ pub(crate) enum Verb {
     Map(MapOptions),
     /// Set two results against each other, such as before and after an operation.
     Compare(CompareOptions),
-    /// Write the quadratic program of a result, with its answer and all multipliers, to be checked by others.
+    /// Write a result as other programs open it: its shape and motion, its activations, or its quadratic program with all
+    /// multipliers.
     Export(ExportOptions),
     /// Tell what a recording of markers holds: C3D, TRC, CSV, or the face landmarks of MediaPipe.
     Recording(RecordingOptions),
@@ -50,6 +51,10 @@ pub(crate) enum Verb {
     Render(RenderOptions),
     /// Draw the figures of the standard face: rest, smile, where muscle forces go, what each muscle does.
     Figures(FiguresOptions),
+    /// Write results as a page for a browser: the face that moves, its muscles, markers and tables, in one file.
+    Report(ReportOptions),
+    /// Plot the figures of a result.
+    Plot(PlotOptions),
     /// Cut and move bones: the face that heals there, on which fit and forward then run.
     Surgery(SurgeryOptions),
     /// Check a face, or write the built-in one as files.
@@ -139,19 +144,87 @@ pub(crate) struct CompareOptions {
 
 #[derive(Debug, Args)]
 pub(crate) struct ExportOptions {
-    #[arg(value_name = "RESULT", help = "The folder of a result of fit, whose inputs are fitted again")]
+    #[arg(
+        value_name = "RESULT",
+        help = "A folder that fit or forward wrote; for its program the inputs are fitted again"
+    )]
     pub(crate) result: PathBuf,
-    /// The format: npz has everything, for NumPy; qps (MPS with QUADOBJ) and qp (CPLEX LP) are read by solvers and have the
-    /// answer as comments.
-    #[arg(long, value_enum, value_name = "qp|qps|npz")]
-    pub(crate) to: ProgramFormat,
+    #[arg(
+        long,
+        value_name = "FORMAT",
+        value_parser = parse_export_format,
+        help = "What to write: glb (Blender, three.js: a morph target a muscle, and an animation), obj (the surface), vtu and pvd \
+                (ParaView, PyVista: the field, and the way from rest), sto (OpenSim) and csv (activations); of the quadratic \
+                program npz (NumPy, with everything), qps (MPS with QUADOBJ) and qp (CPLEX LP)"
+    )]
+    pub(crate) to: ExportFormat,
     /// The file to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
 }
 
+/// What is written of a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ExportFormat {
+    /// The quadratic program.
+    Program(ProgramFormat),
+    /// What is seen.
+    Scene(SceneFormat),
+}
+
+impl ExportFormat {
+    const NAMES: [&'static str; 9] = ["glb", "obj", "vtu", "pvd", "sto", "csv", "npz", "qps", "qp"];
+}
+
+fn parse_export_format(text: &str) -> Result<ExportFormat, String> {
+    use ExportFormat::{Program, Scene};
+    Ok(match text {
+        "glb" => Scene(SceneFormat::Glb),
+        "obj" => Scene(SceneFormat::Obj),
+        "vtu" => Scene(SceneFormat::Vtu),
+        "pvd" => Scene(SceneFormat::Pvd),
+        "sto" => Scene(SceneFormat::Sto),
+        "csv" => Scene(SceneFormat::Csv),
+        "npz" => Program(ProgramFormat::Npz),
+        "qps" => Program(ProgramFormat::Qps),
+        "qp" => Program(ProgramFormat::Qp),
+        _ => return Err(unknown(text, &ExportFormat::NAMES)),
+    })
+}
+
+/// Form of a moved face in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SceneFormat {
+    /// Binary glTF.
+    Glb,
+    /// Wavefront OBJ.
+    Obj,
+    /// VTK's unstructured grid.
+    Vtu,
+    /// A series of them.
+    Pvd,
+    /// OpenSim's storage.
+    Sto,
+    /// A table.
+    Csv,
+}
+
+impl SceneFormat {
+    /// The ending of its files.
+    pub(crate) fn ending(self) -> &'static str {
+        match self {
+            Self::Glb => "glb",
+            Self::Obj => "obj",
+            Self::Vtu => "vtu",
+            Self::Pvd => "pvd",
+            Self::Sto => "sto",
+            Self::Csv => "csv",
+        }
+    }
+}
+
 /// Form of a program in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ProgramFormat {
     /// The LP format of CPLEX, with a quadratic objective.
     Qp,
@@ -375,6 +448,64 @@ pub(crate) struct MeasuredLength {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct ReportOptions {
+    #[arg(
+        value_name = "RESULT",
+        required = true,
+        help = "A folder that fit or forward wrote; two are shown beside each other"
+    )]
+    pub(crate) results: Vec<PathBuf>,
+    /// The page to write.
+    #[arg(long, value_name = "FILE.html", value_parser = |text: &str| parse_out(text, "html", "a report is a page"))]
+    pub(crate) out: PathBuf,
+    #[arg(
+        help = "Parts into which the way from rest to an answer is cut; the face is computed at each",
+        long,
+        value_name = "PARTS",
+        default_value_t = 4,
+        value_parser = clap::value_parser!(u8).range(1..=32)
+    )]
+    pub(crate) parts: u8,
+    /// Play the results, which are of one face, one after the other.
+    #[arg(long)]
+    pub(crate) sequence: bool,
+    /// Play the rows of a table of activations by superposition of the tangent at RESULT: columns time_s and the muscles'.
+    #[arg(long, value_name = "TABLE.csv", conflicts_with = "sequence")]
+    pub(crate) frames: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PlotOptions {
+    #[arg(value_name = "RESULT", help = "A folder that fit or forward wrote")]
+    pub(crate) result: PathBuf,
+    /// What to plot: activations with their intervals, residuals of the markers, effort against misfit, left against right, or
+    /// activations over time.
+    #[arg(long, value_enum)]
+    pub(crate) kind: PlotKind,
+    /// The plot to write.
+    #[arg(long, value_name = "FILE.svg", value_parser = |text: &str| parse_out(text, "svg", "plots are written as SVG"))]
+    pub(crate) out: PathBuf,
+    /// The table of activations over time, of --kind time: columns time_s and the muscles'.
+    #[arg(long, value_name = "TABLE.csv")]
+    pub(crate) frames: Option<PathBuf>,
+}
+
+/// What is plotted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PlotKind {
+    /// Activations with their intervals.
+    Activations,
+    /// Residuals of the markers.
+    Residuals,
+    /// Effort against misfit.
+    LCurve,
+    /// Left against right.
+    Symmetry,
+    /// Activations over time.
+    Time,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct RenderOptions {
     /// "standard", a face.toml, or a folder written by fit or forward.
     #[arg(value_name = "standard|FACE.toml|DIR", value_parser = parse_face)]
@@ -388,9 +519,8 @@ pub(crate) struct RenderOptions {
     /// Size in pixels.
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "640x600", value_parser = parse_size)]
     pub(crate) size: Size,
-    /// What to draw, of skin, teeth, muscles, forces and displacement.
-    #[arg(long, value_name = "WHAT[,WHAT...]", default_value = "skin,teeth", value_parser = parse_show)]
-    pub(crate) show: Show,
+    #[arg(long, value_name = "WHAT[,WHAT...]", help = "What to draw, of skin, teeth, muscles, forces and displacement [default: skin,teeth]", value_parser = parse_show)]
+    pub(crate) show: Option<Show>,
     #[arg(
         help = "Activations from 0 to 1, such as zygomaticus_major=0.5; a name without side is both sides",
         long,

@@ -7,11 +7,13 @@ use modiolus::forward::finite::FiniteError;
 use modiolus::forward::{ForwardError, OperationError};
 use modiolus::inverse::{InverseError, TargetError};
 use modiolus::io::{
-    AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError, MappedRecordingError,
-    MeshFileError, PlanFileError, RecordingFileError, Standing, SuiteError, TargetFileError, WriteError,
+    ActivationTableError, AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError,
+    MappedRecordingError, MeshFileError, PlanFileError, RecordingFileError, Standing, SuiteError,
+    TargetFileError, WriteError,
 };
 use modiolus::recording::SubjectError;
 use modiolus::render::RenderError;
+use modiolus::report::ReportError;
 use modiolus::study::{StudyError, TrackError};
 use thiserror::Error;
 
@@ -89,12 +91,30 @@ pub(crate) enum CliError {
     Program(std::io::Error),
     #[error("{}: holds how the tissue follows moved bones, not what muscles do; compare results of fit or forward on the faces before and after", .0.display())]
     ResultOfOperation(PathBuf),
+    #[error("{} and {} are results on different faces: a sequence is of one", first.display(), other.display())]
+    SequenceOfFaces { first: PathBuf, other: PathBuf },
+    #[error("--frames: there is no tangent at the answer of {0}, by which frames could be superposed")]
+    NoTangent(String),
+    #[error("--kind time needs a table of activations: give --frames TABLE.csv")]
+    NoFrames,
+    #[error("{}: has nothing of that kind to plot; give a folder that fit wrote, with markers", .0.display())]
+    NothingToPlot(PathBuf),
+    #[error("--out: a {ending} file ends in .{ending}; name it {}", out.display())]
+    Ending { out: PathBuf, ending: &'static str },
+    #[error("--frames: {0}")]
+    Activations(#[from] ActivationTableError),
+    #[error(transparent)]
+    Report(#[from] ReportError),
     #[error("--activate: {} already holds activations; leave one of the two out", dir.display())]
     ActivatedAnswer { dir: PathBuf },
     #[error(
         "--show displacement: nothing moves; add --activate NAME=VALUE or give the output folder of fit or forward"
     )]
     NothingMoves,
+    #[error("--show teeth: {face} has no teeth; leave them out, or give its face file [[teeth]]")]
+    NoTeeth { face: String },
+    #[error("--out: {} holds files that are no figures, such as {found}; give a folder of its own", folder.display())]
+    OtherFolder { folder: PathBuf, found: String },
     #[error(transparent)]
     Render(#[from] RenderError),
     #[error("--out: {0}")]

@@ -1,6 +1,7 @@
 //! `modiolus figures`.
 
 use std::fs;
+use std::path::Path;
 
 use modiolus::certainty::Discrepancy;
 use modiolus::forward::operate;
@@ -28,6 +29,7 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
     let loaded = load(&options.common.face, &mut progress)?.with_strength(options.common.strength);
     let face = &loaded.face;
     let out = &options.out;
+    only_figures(out)?;
     fs::create_dir_all(out).map_err(|reason| WriteError::new(out, reason))?;
     let stems = muscle_stems(face);
     let stem_of = |name: &str| {
@@ -102,4 +104,20 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
     }
     write("actions.png", &progress.step("draw", || contact_sheet(&scene, &actions))?)?;
     Ok(Outcome { text: list, solved: true })
+}
+
+/// Refuses a folder in which anything but pictures stands: it was not made here.
+fn only_figures(folder: &Path) -> Result<(), CliError> {
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
+    let is_figure = |path: &Path| path.extension().is_some_and(|e| e == "png" || e == "svg");
+    let mut others: Vec<_> =
+        entries.flatten().filter(|e| !is_figure(&e.path())).map(|e| e.file_name()).collect();
+    others.sort();
+    match others.first() {
+        Some(found) => {
+            let found = found.to_string_lossy().into_owned();
+            Err(CliError::OtherFolder { folder: folder.to_owned(), found })
+        }
+        None => Ok(()),
+    }
 }

@@ -99,6 +99,7 @@ pub(crate) fn forward_json(
     warnings.extend(beyond(mechanics.strain, &deformation));
     let landmark = |name: &str, site: &Site| MarkerJson {
         name: name.to_owned(),
+        rest_mm: Some(site.position.into()),
         target_mm: [None; 3],
         model_mm: site.displacement(u).into(),
         residual_mm: None,

@@ -13,10 +13,13 @@ mod identify;
 mod load;
 mod map;
 mod markers;
+mod plot;
 mod program;
 mod progress;
 mod recording;
 mod render;
+mod report;
+mod scene;
 mod suite;
 mod surgery;
 mod symmetry;
@@ -29,7 +32,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use self::arguments::{Arguments, FaceVerb, Verb};
+use self::arguments::{Arguments, ExportFormat, FaceVerb, Verb};
 use self::error::CliError;
 use self::progress::say;
 
@@ -94,7 +97,10 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
         Verb::Fit(options) => fit::run(&options),
         Verb::Verify(options) => suite::verify(options),
         Verb::Compare(options) => compare::run(&options),
-        Verb::Export(options) => program::run(&options),
+        Verb::Export(options) => match options.to {
+            ExportFormat::Program(format) => program::run(&options, format),
+            ExportFormat::Scene(format) => scene::run(&options, format),
+        },
         Verb::Identify(options) => identify::run(&options),
         Verb::Symmetry(options) => symmetry::run(&options),
         Verb::Markers(options) => markers::run(&options),
@@ -104,6 +110,8 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
         Verb::Recording(options) => recording::run(&options),
         Verb::Render(options) => render::run(&options),
         Verb::Figures(options) => figures::run(&options),
+        Verb::Plot(options) => plot::run(&options),
+        Verb::Report(options) => report::run(&options),
         Verb::Surgery(options) => surgery::run(&options),
         Verb::Face { verb: FaceVerb::Check { face } } => face_verbs::check(&face),
         Verb::Face { verb: FaceVerb::Export { resolution, out, .. } } => face_verbs::export(resolution, &out),

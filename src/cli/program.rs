@@ -16,7 +16,7 @@ use super::fit::Asked;
 use super::load::{input_name, load};
 use super::progress::{Progress, say};
 
-pub(crate) fn run(options: &ExportOptions) -> Result<Outcome, CliError> {
+pub(crate) fn run(options: &ExportOptions, format: ProgramFormat) -> Result<Outcome, CliError> {
     let dir = &options.result;
     let answer = read_answer(dir)?;
     let target = answer.target.as_ref().ok_or_else(|| CliError::NothingFitted(dir.clone()))?;
@@ -38,7 +38,7 @@ pub(crate) fn run(options: &ExportOptions) -> Result<Outcome, CliError> {
     }
     let program = fitted.program.ok_or_else(|| CliError::NothingFitted(dir.clone()))?;
     let file = ProgramFile::new(asked.target(), &program);
-    let bytes = match options.to {
+    let bytes = match format {
         ProgramFormat::Npz => file.npz().map_err(CliError::Program)?,
         ProgramFormat::Qps => file.qps().into_bytes(),
         ProgramFormat::Qp => file.lp().into_bytes(),

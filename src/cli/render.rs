@@ -4,7 +4,7 @@ use std::path::Path;
 
 use modiolus::face::Pose;
 use modiolus::io::{AnswerFiles, read_answer, write_atomically};
-use modiolus::render::{Drawing, Image, RenderError, Scene};
+use modiolus::render::{Drawing, Image, RenderError, Scene, Show};
 use modiolus::study::{Mechanics, Mover};
 
 use super::Outcome;
@@ -33,14 +33,19 @@ pub(crate) fn run(options: &RenderOptions) -> Result<Outcome, CliError> {
     };
     let Posed { loaded, activation, displacement, pose } = &posed;
     keep_inputs(&loaded.inputs, [options.out.clone()])?;
-    if options.show.displacement && displacement.is_none() {
+    let show = options.show.unwrap_or(Show::FACE);
+    // By default teeth are shown where there are any.
+    if options.show.is_some_and(|show| show.teeth) && loaded.face.teeth.is_empty() {
+        return Err(CliError::NoTeeth { face: loaded.called.clone() });
+    }
+    if show.displacement && displacement.is_none() {
         return Err(CliError::NothingMoves);
     }
     let scene = progress.step("prepare", || Scene::new(&loaded.face));
     let drawing = Drawing {
         view: options.view,
         size: (options.size.0, options.size.1),
-        show: options.show,
+        show,
         displacement: displacement.as_deref(),
         pose: pose.clone(),
         activation: activation.as_deref(),

@@ -1,8 +1,9 @@
 //! `modiolus surgery`.
 
-use modiolus::forward::{OperationError, operate};
+use modiolus::forward::{Operation, OperationError, operate};
 use modiolus::io::{FileSet, put_face, read_plan};
 use modiolus::study::{Mechanics, MovedContact};
+use modiolus::units::Vec3;
 
 use super::Outcome;
 use super::arguments::SurgeryOptions;
@@ -51,7 +52,37 @@ pub(crate) fn run(options: &SurgeryOptions) -> Result<Outcome, CliError> {
         activation,
         contact_load: Some(contact.load),
     };
-    let text = export(answer, face, set, options.json)?;
+    let moved = moved_bones(&done);
+    let mut text = export(answer, face, set, options.json)?;
+    if !options.json {
+        text += &moved;
+    }
     say(&format!("wrote the new face to {}", options.out.join("face.toml").display()));
     Ok(Outcome { text, solved: true })
+}
+
+/// How far each bone and piece went: the middle of what it holds, and by how much it turned.
+fn moved_bones(done: &Operation) -> String {
+    let mut text = String::from("\nBones\n");
+    let width = done.face.supports.iter().map(|s| s.bone.chars().count()).max().unwrap_or(0);
+    for support in &done.face.supports {
+        let motion = done.pose.motion(&done.face, &support.bone);
+        let n = support.nodes.len().max(1) as f64;
+        let middle = support.nodes.iter().map(|n| done.face.mesh.points[*n]).sum::<Vec3>() / n;
+        let way = middle - motion.origin_of(middle);
+        let whole = support.part_of.as_ref().map_or_else(String::new, |bone| format!(", a piece of {bone}"));
+        text += &match motion.is_rest() {
+            true => format!("{:width$}  stays{whole}\n", support.bone),
+            false => format!(
+                "{:width$}  its middle goes {:.1} mm: {:.1} to the left, {:.1} up, {:.1} forward; turned by {:.1} degrees{whole}\n",
+                support.bone,
+                way.norm(),
+                way.x + 0.,
+                way.y + 0.,
+                way.z + 0.,
+                motion.angle_deg()
+            ),
+        };
+    }
+    text
 }

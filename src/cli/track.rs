@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use modiolus::io::{
     AlignmentJson, BoundJson, FileSet, HeadJson, MappedRecording, MetJson, OutlierJson, ReadOptions,
-    RecordingDocument, SwapJson, TrackBlocks, TrackJson, TrackTable, VtuData, frames_csv,
-    read_mapped_recording, residuals_csv, sha256, vtu_text,
+    RecordingDocument, SwapJson, TrackBlocks, TrackJson, VtuData, frames_csv, read_mapped_recording,
+    residuals_csv, sha256, sto_text, tracked_activations, vtu_text,
 };
 use modiolus::recording::{FrameStatus, Met, TrackSummary, TrackedFrame};
 use modiolus::study::Track;
@@ -59,9 +59,9 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     let summary = progress.step("sum_up", || track.summary(&loaded.face, &frames));
 
     let mut set = FileSet::new(&options.out);
-    let table = TrackTable::of(&track, &frames);
-    set.put("activations.csv", table.csv().into_bytes());
-    set.put("activations.sto", table.sto().into_bytes());
+    let table = tracked_activations(&track, &frames);
+    set.put("activations.csv", table.to_csv().into_bytes());
+    set.put("activations.sto", sto_text("activations", &table).into_bytes());
     #[cfg(feature = "parquet")]
     set.put("activations.parquet", table.parquet().map_err(CliError::Parquet)?);
     set.put("frames.csv", frames_csv(&track, &frames, document.recording.frame_names()).into_bytes());
@@ -72,7 +72,7 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     for old in old_series(&options.out) {
         set.without(&old);
     }
-    let mut json = json(options, &document, &loaded, &track, &table, &summary, inputs);
+    let mut json = json(options, &document, &loaded, &track, &frames, &summary, inputs);
     json.timings_s = progress.timings_s();
     json.files = set.sha256();
     let text = json.to_text()?;
@@ -177,16 +177,17 @@ fn json(
     document: &RecordingDocument,
     loaded: &LoadedFace,
     track: &Track,
-    table: &TrackTable,
+    frames: &[TrackedFrame],
     summary: &TrackSummary,
     inputs: BTreeMap<String, String>,
 ) -> TrackJson {
     let m = track.held.len();
-    let range = |k: usize| {
-        let values = || table.rows.iter().map(|row| row[k]);
-        let mean = values().sum::<f64>() / table.rows.len() as f64;
+    let range = |of: &dyn Fn(&TrackedFrame) -> f64| {
+        let values = || frames.iter().map(of);
+        let mean = values().sum::<f64>() / frames.len() as f64;
         [values().fold(f64::INFINITY, f64::min), mean, values().fold(f64::NEG_INFINITY, f64::max)]
     };
+    let opening = |frame: &TrackedFrame| track.mechanism.jaw_mm(&frame.unknowns).map_or(0., |jaw| jaw[0]);
     let muscles = &track.mechanism.muscles;
     let mut warnings: Vec<String> = document.warnings.iter().map(ToString::to_string).collect();
     warnings.extend(track.subject.warnings.iter().map(ToString::to_string));
@@ -217,8 +218,8 @@ fn json(
             .map(|o| OutlierJson { frame: o.frame, marker: o.marker.clone(), residual_mm: o.residual_mm })
             .collect(),
         held_stiffness: muscles.iter().cloned().zip(track.held.iter().copied()).collect(),
-        activations: muscles.iter().cloned().zip((0..m).map(range)).collect(),
-        jaw_opening_mm: track.mechanism.jaw().map(|_| range(m)),
+        activations: muscles.iter().cloned().zip((0..m).map(|k| range(&|frame| frame.unknowns[k]))).collect(),
+        jaw_opening_mm: track.mechanism.jaw().map(|_| range(&opening)),
         certificate: summary.certificate,
         warnings,
         face_warnings: loaded.warnings.clone(),

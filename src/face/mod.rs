@@ -40,7 +40,7 @@ pub use skin_normal::SkinNormal;
 pub use standard::standard;
 pub use support::Support;
 pub use surgical_plan::{About, Cut, CutBy, Motion, Move, PlanError, PreparedPlan, SurgicalPlan};
-pub use symmetry::{PairSymmetry, Symmetry};
+pub use symmetry::{PairSymmetry, Symmetry, opposite_skin};
 pub use teeth::Teeth;
 pub use tissue::{MuscleLaw, MuscleTissue, Tissue};
 

@@ -1,9 +1,9 @@
 //! How far the two sides of a moved face are from mirror images.
 
-use std::collections::HashMap;
+use std::collections::HashSet;
 
 use super::Face;
-use crate::mesh::Locator;
+use crate::mesh::{Locator, Site};
 use crate::units::Vec3;
 
 /// How far the skin may be from the mirror image of a point of the other side, mm, for the two to be compared.
@@ -99,17 +99,26 @@ impl Symmetry {
     }
 }
 
+/// For each node of the skin of `face`, in their order: the point of the skin that its mirror image in `x = 0` is nearest
+/// to; `None` where that is farther away than the two sides may be compared over.
+pub fn opposite_skin(face: &Face) -> Vec<Option<Site>> {
+    let locator = Locator::new(&face.mesh);
+    let skin: HashSet<usize> = face.skin.iter().copied().collect();
+    let is_skin = |nodes: &[usize]| nodes.iter().all(|n| skin.contains(n));
+    let opposite = |node: &usize| {
+        let image = mirrored(face.mesh.points[*node]);
+        let found = locator.closest_among(image, |facet| is_skin(facet.nodes()));
+        found.filter(|found| found.distance_mm <= PARTNER_MM).map(|found| found.site)
+    };
+    face.skin.iter().map(opposite).collect()
+}
+
 fn map(face: &Face, displacement: &[f64]) -> Vec<f64> {
     let at = |n: usize| Vec3::new(displacement[3 * n], displacement[3 * n + 1], displacement[3 * n + 2]);
-    let locator = Locator::new(&face.mesh);
-    let place: HashMap<usize, usize> = face.skin.iter().enumerate().map(|(k, &n)| (n, k)).collect();
-    let is_skin = |nodes: &[usize]| nodes.iter().all(|n| place.contains_key(n));
     let mut map = vec![f64::NAN; face.mesh.n_nodes()];
-    for &node in &face.skin {
-        let opposite = mirrored(face.mesh.points[node]);
-        let found = locator.closest_among(opposite, |facet| is_skin(facet.nodes()));
-        let Some(found) = found.filter(|found| found.distance_mm <= PARTNER_MM) else { continue };
-        map[node] = (at(node) - mirrored(found.site.displacement(displacement))).norm();
+    for (&node, site) in face.skin.iter().zip(opposite_skin(face)) {
+        let Some(site) = site else { continue };
+        map[node] = (at(node) - mirrored(site.displacement(displacement))).norm();
     }
     map
 }

@@ -31,6 +31,7 @@ pub(super) fn empty(problem: &Problem, status: Status) -> Solution {
         .iter()
         .map(|marker| MarkerFit {
             name: marker.name.clone(),
+            rest_mm: marker.rest_mm,
             target_mm: marker.target_mm,
             model_mm: Vec3::zeros(),
             residual_mm: None,
@@ -139,7 +140,13 @@ fn marker_fits(problem: &Problem, state: &State) -> Vec<MarkerFit> {
             (0..3).filter_map(|axis| marker.target_mm[axis].map(|t| model_mm[axis] - t)).collect();
         let residual_mm =
             (!differences.is_empty()).then(|| differences.iter().map(|r| r * r).sum::<f64>().sqrt());
-        MarkerFit { name: marker.name.clone(), target_mm: marker.target_mm, model_mm, residual_mm }
+        MarkerFit {
+            name: marker.name.clone(),
+            rest_mm: marker.rest_mm,
+            target_mm: marker.target_mm,
+            model_mm,
+            residual_mm,
+        }
     };
     problem.markers.iter().map(fit).collect()
 }

@@ -56,6 +56,8 @@ impl fmt::Display for Status {
 pub struct MarkerFit {
     /// Label.
     pub name: String,
+    /// Where it is at rest, mm.
+    pub rest_mm: Vec3,
     /// Displacement asked for, mm.
     pub target_mm: [Option<f64>; 3],
     /// Displacement of the model, mm.

@@ -7,8 +7,8 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use super::{
-    CertaintyJson, ContactJson, MarkerJson, MeshFileError, TargetJson, WriteError, input, settle_folder,
-    sha256, vtk,
+    CertaintyJson, CertificateJson, ContactJson, DeformationJson, FeatureJson, LimitJson, MarkerJson,
+    MeshFileError, ResidualJson, StatusWord, TargetJson, WriteError, input, settle_folder, sha256, vtk,
 };
 
 /// What others need of an answer: the face that it moves, by how much, and by which muscles.
@@ -16,6 +16,8 @@ use super::{
 pub struct AnswerFiles {
     /// The face: the name of a built-in face, or the path of its face.toml as it was given.
     pub face: String,
+    /// How the fit ended; `None` where the file does not say.
+    pub status: Option<StatusWord>,
     /// The target that was fitted, if one was.
     pub target: Option<TargetJson>,
     /// How strain was measured.
@@ -26,8 +28,24 @@ pub struct AnswerFiles {
     pub strength: f64,
     /// How contact was treated; empty where the file does not say.
     pub contact_mode: String,
+    /// Size of the marker residuals, mm; `None` where there are none.
+    pub residual_mm: Option<ResidualJson>,
+    /// Share of the observed movement that is explained; `None` where nothing was seen to move.
+    pub explained: Option<f64>,
     /// How each marker was met.
     pub markers: Vec<MarkerJson>,
+    /// How each feature was met.
+    pub features: Vec<FeatureJson>,
+    /// The limits that hold the answer back.
+    pub active_limits: Vec<LimitJson>,
+    /// Residuals of the program; `None` where nothing was fitted.
+    pub certificate: Option<CertificateJson>,
+    /// How far the tissue is strained; `None` where the file does not say.
+    pub deformation: Option<DeformationJson>,
+    /// What is odd about the target or the answer.
+    pub warnings: Vec<String>,
+    /// What is odd about the face.
+    pub face_warnings: Vec<String>,
     /// Contact; `None` when it is off.
     pub contact: Option<ContactJson>,
     /// SHA-256 of each input file, by its name on the command line.
@@ -38,6 +56,8 @@ pub struct AnswerFiles {
     pub jaw_opening_mm: Option<f64>,
     /// Displacement (3n), mm, node-major xyz.
     pub displacement: Vec<f64>,
+    /// Contact pressure of the nodes (n), kPa; `None` without contact.
+    pub pressure_kpa: Option<Vec<f64>>,
     /// The file that holds the displacement.
     pub vtu: PathBuf,
     /// What the data determine of it; `None` where nothing was fitted.
@@ -87,6 +107,19 @@ pub enum AnswerFileError {
 struct Head {
     face: String,
     target: Option<TargetJson>,
+    status: Option<StatusWord>,
+    residual_mm: Option<ResidualJson>,
+    explained: Option<f64>,
+    #[serde(default)]
+    features: Vec<FeatureJson>,
+    #[serde(default)]
+    active_limits: Vec<LimitJson>,
+    certificate: Option<CertificateJson>,
+    deformation: Option<DeformationJson>,
+    #[serde(default)]
+    warnings: Vec<String>,
+    #[serde(default)]
+    face_warnings: Vec<String>,
     // Earlier versions did not say all of this.
     #[serde(default)]
     strain: String,
@@ -122,7 +155,7 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
     let head: Head = serde_json::from_slice(&json)
         .map_err(|reason| AnswerFileError::Json { path: path.clone(), reason })?;
     let vtu = dir.join("face.vtu");
-    let mut displacement = None;
+    let (mut displacement, mut pressure_kpa) = (None, None);
     for (name, sha) in &head.files {
         let file = dir.join(name);
         let bytes = read(&file, input::MESH_BYTES)?;
@@ -131,13 +164,26 @@ pub fn read_answer(dir: &Path) -> Result<AnswerFiles, AnswerFileError> {
         }
         if file == vtu {
             displacement = Some(vtk::point_vectors(&vtu, &bytes, "displacement")?);
+            pressure_kpa = vtk::point_scalars(&vtu, &bytes, "contact_pressure_kpa")?;
         }
     }
     let displacement = displacement.ok_or(AnswerFileError::NoDisplacement(path))?;
     let operated = head.files.contains_key("face.toml").then(|| dir.join("face.toml"));
     let Head { face, target, strain, stiffness, strength, contact_mode, .. } = head;
     let Head { activations, jaw_opening_mm, markers, contact, certainty, inputs, .. } = head;
+    let Head { status, residual_mm, explained, features, active_limits, certificate, .. } = head;
+    let Head { deformation, warnings, face_warnings, .. } = head;
     Ok(AnswerFiles {
+        status,
+        residual_mm,
+        explained,
+        features,
+        active_limits,
+        certificate,
+        deformation,
+        warnings,
+        face_warnings,
+        pressure_kpa,
         face,
         target,
         strain,

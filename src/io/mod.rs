@@ -1,5 +1,8 @@
 //! File formats: everything that is read from or written to disk.
 
+#[cfg(feature = "parquet")]
+mod activation_parquet;
+mod activation_table;
 mod answer;
 mod atomic;
 mod certainty_json;
@@ -50,12 +53,11 @@ mod tetgen;
 mod text;
 mod track_blocks;
 mod track_json;
-#[cfg(feature = "parquet")]
-mod track_parquet;
 mod track_tables;
 mod vtk;
 mod write_error;
 
+pub use activation_table::{ActivationTable, ActivationTableError, parse_activations, read_activations};
 pub use answer::{AnswerFileError, AnswerFiles, read_answer};
 pub use atomic::write_atomically;
 pub use certainty_json::{
@@ -109,6 +111,6 @@ pub use track_blocks::TrackBlocks;
 pub use track_json::{
     AlignmentJson, BoundJson, HeadJson, MetJson, OutlierJson, SwapJson, TrackJson, track_schema,
 };
-pub use track_tables::{TrackTable, frames_csv, residuals_csv};
+pub use track_tables::{frames_csv, residuals_csv, tracked_activations};
 pub use vtk::{VtuData, vtu_text, write_vtu};
 pub use write_error::{WriteError, WriteErrorKind};

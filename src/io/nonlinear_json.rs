@@ -1,7 +1,7 @@
 //! The parts of `solution.json` that tell of stiffening muscles.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::forward::Deformation;
 use crate::inverse::{SequentialStep, Solution};
@@ -75,7 +75,7 @@ impl From<&Solution> for OtherJson {
 }
 
 /// How far the answer strains and turns the tissue.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct DeformationJson {
     /// Largest absolute principal strain.

@@ -87,7 +87,7 @@ pub struct TargetJson {
 }
 
 /// How a fit ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StatusWord {
     /// The certificate passes.
@@ -142,7 +142,7 @@ pub struct ExpectedJson {
 }
 
 /// Size of the marker residuals, mm.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct ResidualJson {
     /// Root mean square over the markers.
@@ -157,6 +157,9 @@ pub struct ResidualJson {
 pub struct MarkerJson {
     /// Label.
     pub name: String,
+    /// Where it is at rest, mm; null only in files of versions that did not say.
+    #[serde(default)]
+    pub rest_mm: Option<[f64; 3]>,
     /// Displacement asked for, mm; null is a component that was not observed.
     pub target_mm: [Option<f64>; 3],
     /// Displacement of the model, mm.
@@ -171,6 +174,7 @@ impl From<&MarkerFit> for MarkerJson {
     fn from(fit: &MarkerFit) -> Self {
         Self {
             name: fit.name.clone(),
+            rest_mm: Some(fit.rest_mm.into()),
             target_mm: fit.target_mm,
             model_mm: fit.model_mm.into(),
             residual_mm: fit.residual_mm,
@@ -180,7 +184,7 @@ impl From<&MarkerFit> for MarkerJson {
 }
 
 /// How one feature was met.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct FeatureJson {
     /// Label.
@@ -201,7 +205,7 @@ impl From<&FeatureFit> for FeatureJson {
 }
 
 /// A limit that holds the answer back.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct LimitJson {
     /// What kind of limit it is.
@@ -218,7 +222,7 @@ pub struct LimitJson {
 }
 
 /// What kind of limit holds an answer back.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LimitKindWord {
     /// A muscle or the jaw at the end of its range.
@@ -334,7 +338,7 @@ impl From<&ContactReport> for ContactJson {
 }
 
 /// Residuals of the program, recomputed from it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct CertificateJson {
     /// Largest violation of a constraint.

@@ -1,33 +1,26 @@
-//! OpenSim storage files, `.sto`.
+//! Activations over time as OpenSim's storage files, `.sto`.
 
-use std::fmt::Write;
+use super::ActivationTable;
 
-/// A table over time as OpenSim reads it (`TimeSeriesTable`): `name`, then a row a time with the values of the `columns`.
+/// `table` under the heading `name` as OpenSim reads it: a header that ends in `endheader`, then `time` and the muscles in
+/// columns parted by tabs. Blanks and control characters in names become underscores, as they part columns.
 ///
-/// `rows` have one value a column; what is missing is NaN.
-pub fn sto_text<'a>(
-    name: &str,
-    columns: &[String],
-    rows: impl ExactSizeIterator<Item = (f64, &'a [f64])>,
-) -> String {
+/// Source: OpenSim documentation, "Storage (.sto) Files".
+pub fn sto_text(name: &str, table: &ActivationTable) -> String {
+    let word = |name: &str| -> String {
+        name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect()
+    };
+    let labels: Vec<String> = table.muscles.iter().map(|muscle| word(muscle)).collect();
     let mut text = format!(
-        "{}\nversion=1\nnRows={}\nnColumns={}\ninDegrees=no\nendheader\ntime",
-        name.replace(['\n', '\r'], " "),
-        rows.len(),
-        columns.len() + 1
+        "{}\nversion=1\nnRows={}\nnColumns={}\ninDegrees=no\nendheader\ntime\t{}\n",
+        word(name),
+        table.times_s.len(),
+        1 + labels.len(),
+        labels.join("\t")
     );
-    for column in columns {
-        // The format knows no quotes.
-        text.push('\t');
-        text.push_str(&column.replace(['\t', '\n', '\r'], " "));
-    }
-    text.push('\n');
-    for (time_s, row) in rows {
-        let _ = write!(text, "{time_s}");
-        for value in row {
-            let _ = write!(text, "\t{value}");
-        }
-        text.push('\n');
+    for (time, row) in table.times_s.iter().zip(&table.rows) {
+        let row: Vec<String> = row.iter().map(f64::to_string).collect();
+        text += &format!("{time}\t{}\n", row.join("\t"));
     }
     text
 }
@@ -37,13 +30,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_header_counts_rows_and_columns() {
-        let columns = ["a".to_owned(), "b\tc".to_owned()];
-        let rows: [(f64, &[f64]); 2] = [(0., &[0.5, 1.]), (0.1, &[f64::NAN, 0.])];
-        let text = sto_text("activations", &columns, rows.into_iter());
-        assert_eq!(
-            text,
-            "activations\nversion=1\nnRows=2\nnColumns=3\ninDegrees=no\nendheader\ntime\ta\tb c\n0\t0.5\t1\n0.1\tNaN\t0\n"
-        );
+    fn rows_and_columns_are_counted() {
+        let table = ActivationTable {
+            muscles: vec!["a b".to_owned(), "c".to_owned()],
+            times_s: vec![0., 0.5],
+            rows: vec![vec![0., 1.], vec![0.25, 0.]],
+        };
+        let expected = "smile\nversion=1\nnRows=2\nnColumns=3\ninDegrees=no\nendheader\ntime\ta_b\tc\n0\t0\t1\n0.5\t0.25\t0\n";
+        assert_eq!(sto_text("smile", &table), expected);
     }
 }

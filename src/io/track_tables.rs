@@ -2,66 +2,26 @@
 
 use std::fmt::Write;
 
+use super::ActivationTable;
 use super::csv::entry;
-use super::sto::sto_text;
 use crate::recording::{JAW_UNKNOWNS, TrackedFrame};
 use crate::study::Track;
 
-/// Columns and rows of the unknowns over time: activations 0 to 1, then the jaw's opening, protrusion and shift to the left
-/// in mm.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TrackTable {
-    /// Names of the columns (n).
-    pub columns: Vec<String>,
-    /// Times of the rows (f), s.
-    pub times_s: Vec<f64>,
-    /// Values (f of n).
-    pub rows: Vec<Vec<f64>>,
+/// Activations of the `frames` of `track` over time.
+pub fn tracked_activations(track: &Track, frames: &[TrackedFrame]) -> ActivationTable {
+    let muscles = track.mechanism.muscles.clone();
+    let row = |frame: &TrackedFrame| frame.unknowns[..muscles.len()].to_vec();
+    let rows = frames.iter().map(row).collect();
+    ActivationTable { times_s: track.times_s().to_vec(), rows, muscles }
 }
 
-impl TrackTable {
-    /// That of the `frames` of `track`.
-    pub fn of(track: &Track, frames: &[TrackedFrame]) -> Self {
-        let mechanism = &track.mechanism;
-        let jaw = JAW_UNKNOWNS.iter().filter(|_| mechanism.jaw().is_some()).map(|name| format!("{name}_mm"));
-        let columns = mechanism.muscles.iter().cloned().chain(jaw).collect();
-        let row = |frame: &TrackedFrame| {
-            let m = mechanism.muscles.len();
-            let jaw = mechanism.jaw_mm(&frame.unknowns);
-            frame.unknowns[..m].iter().copied().chain(jaw.into_iter().flatten()).collect()
-        };
-        Self { columns, times_s: track.times_s().to_vec(), rows: frames.iter().map(row).collect() }
-    }
-
-    /// As OpenSim reads it.
-    pub fn sto(&self) -> String {
-        let rows = self.times_s.iter().zip(&self.rows).map(|(t, row)| (*t, row.as_slice()));
-        sto_text("activations", &self.columns, rows)
-    }
-
-    /// As CSV: `time_s` and the columns.
-    pub fn csv(&self) -> String {
-        let mut text = String::from("time_s");
-        for column in &self.columns {
-            text.push(',');
-            text.push_str(&entry(column));
-        }
-        text.push('\n');
-        for (time_s, row) in self.times_s.iter().zip(&self.rows) {
-            let _ = write!(text, "{time_s}");
-            for value in row {
-                let _ = write!(text, ",{value}");
-            }
-            text.push('\n');
-        }
-        text
-    }
-}
-
-/// `frames.csv`: what became of each frame.
+/// `frames.csv`: what became of each frame, and where the jaw is, mm.
 pub fn frames_csv(track: &Track, frames: &[TrackedFrame], names: Option<&[String]>) -> String {
-    let mut text =
-        String::from("frame,name,time_s,status,markers,rms_mm,outliers,touching,contact_force_n\n");
+    let mut text = String::from("frame,name,time_s,status,markers,rms_mm,outliers,touching,contact_force_n");
+    for name in JAW_UNKNOWNS {
+        let _ = write!(text, ",{name}_mm");
+    }
+    text.push('\n');
     for (k, (frame, time_s)) in frames.iter().zip(track.times_s()).enumerate() {
         let counted = |b: &usize| !frame.outliers.contains(b);
         let squares: Vec<f64> = (0..frame.residual_mm.len())
@@ -75,7 +35,7 @@ pub fn frames_csv(track: &Track, frames: &[TrackedFrame], names: Option<&[String
         let outliers: Vec<&str> =
             frame.outliers.iter().map(|&b| track.subject.bound[b].label.as_str()).collect();
         let name = names.map_or("", |names| names[k].as_str());
-        let _ = writeln!(
+        let _ = write!(
             text,
             "{k},{},{time_s},{},{},{rms},{},{},{}",
             entry(name),
@@ -85,6 +45,10 @@ pub fn frames_csv(track: &Track, frames: &[TrackedFrame], names: Option<&[String
             frame.touching,
             frame.contact_force_n
         );
+        for jaw_mm in track.mechanism.jaw_mm(&frame.unknowns).unwrap_or([0.; 3]) {
+            let _ = write!(text, ",{jaw_mm}");
+        }
+        text.push('\n');
     }
     text
 }

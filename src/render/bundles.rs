@@ -13,17 +13,19 @@ const TUBE_MM: f64 = 0.55;
 const STRIDE: usize = 2;
 /// Length of fibre whose force one arrow shows, mm.
 const ARROW_EVERY_MM: f64 = 4.;
-/// Length of the longest arrow, mm, and radius of the shafts.
+/// Length of the longest arrow and radius of the shafts, mm, on a face of the size below.
 const LONGEST_MM: f64 = 16.;
 const SHAFT_MM: f64 = 0.42;
-/// Arrows shorter than this say nothing, mm.
+/// Arrows shorter than this say nothing, mm, on a face of the size below.
 const SHORTEST_MM: f64 = 0.8;
+/// Longest side of the box about the standard face, mm.
+const SIZE_MM: f64 = 147.;
 
 /// The muscles of a face, each fibre point carried by the tissue.
 #[derive(Clone, Debug)]
 pub(super) struct Bundles {
     /// By muscle and fibre; points outside the mesh stay where they are.
-    sites: Vec<Vec<Vec<Site>>>,
+    pub(super) sites: Vec<Vec<Vec<Site>>>,
 }
 
 impl Bundles {
@@ -82,15 +84,24 @@ impl Bundles {
         if strongest <= 0. {
             return None;
         }
-        let mm_per_n = LONGEST_MM / strongest;
+        let scale = size_mm(face) / SIZE_MM;
+        let mm_per_n = scale * LONGEST_MM / strongest;
         let colour = srgb(24, 58, 140);
         for (at, force) in arrows {
-            if force.norm() * mm_per_n >= SHORTEST_MM {
-                solid.arrow(at, force * mm_per_n, SHAFT_MM, colour);
+            if force.norm() * mm_per_n >= scale * SHORTEST_MM {
+                solid.arrow(at, force * mm_per_n, scale * SHAFT_MM, colour);
             }
         }
         Some(mm_per_n)
     }
+}
+
+/// Longest side of the box about the tissue, mm.
+fn size_mm(face: &Face) -> f64 {
+    let bound = |pick: fn(f64, f64) -> f64, start: f64| {
+        face.mesh.points.iter().fold(Vec3::repeat(start), |bound, p| bound.zip_map(p, pick))
+    };
+    (bound(f64::max, f64::MIN) - bound(f64::min, f64::MAX)).max()
 }
 
 /// The forces of a bundle, N, summed over its fibres and over stretches of a few millimetres, each at the mean
@@ -132,13 +143,20 @@ fn arc_lengths(fibre: &Fibre) -> Vec<f64> {
     arc
 }
 
+/// The colour of a muscle at activation `a`: grey at rest, then the redder the more.
+pub(super) fn activation_colour(a: f64) -> Rgb {
+    match a > 0. {
+        true => mix(srgb(214, 150, 130), srgb(178, 24, 30), (a as f32).sqrt()),
+        false => srgb(176, 168, 164),
+    }
+}
+
 /// The colour of each muscle: by name without side at rest, by activation when any is active; muscles at rest
 /// among active ones are grey.
 pub(super) fn colours(face: &Face, stems: &[String], activation: Option<&[f64]>) -> Vec<Rgb> {
     let active = activation.filter(|a| a.iter().any(|a| *a > 0.));
     let of = |m: usize| match active {
-        Some(a) if a[m] > 0. => mix(srgb(214, 150, 130), srgb(178, 24, 30), (a[m] as f32).sqrt()),
-        Some(_) => srgb(176, 168, 164),
+        Some(a) => activation_colour(a[m]),
         None => {
             let name = super::figures::stem(&face.muscles[m].name);
             distinct(stems.iter().position(|s| s == name).unwrap_or(0))

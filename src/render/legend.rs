@@ -1,5 +1,6 @@
 //! Scale bar, colour bar, arrow of force and names of muscles.
 
+use super::bundles::activation_colour;
 use super::colour::{ColourMap, distinct, to_srgb};
 use super::{Image, LETTER, LINE};
 
@@ -76,6 +77,27 @@ pub(super) fn colour_bar(image: &mut Image, largest_mm: f64) {
         image.write(x + 20, y - 8, &format!("{:.digits$}", share * largest_mm), false, INK);
     }
     image.write(x, top - 26, "mm", true, INK);
+}
+
+/// Whose side is where, seen from the front, above the scale bar; `right` pixels are taken at the right.
+pub(super) fn sides(image: &mut Image, right: f64) {
+    let y = image.height as i64 - 46;
+    image.write(8, y, "R", true, INK);
+    image.write(image.width as i64 - right as i64 - LETTER as i64, y, "L", true, INK);
+}
+
+/// The colours of activations at the upper left, below `lines` of title.
+pub(super) fn activation_bar(image: &mut Image, lines: usize) {
+    let top = 10 + (lines * LINE) as i64;
+    image.write(8, top, "activation", false, INK);
+    let (length, y) = (100, top + LINE as i64);
+    for k in 0..length {
+        let a = (k + 1) as f64 / length as f64;
+        image.fill(8 + k, y + 3, 1, 10, to_srgb(activation_colour(a)));
+    }
+    image.write(8 + length + 6, y, "0 to 100 %", false, INK);
+    image.fill(8, y + LINE as i64 + 3, 10, 10, to_srgb(activation_colour(0.)));
+    image.write(22, y + LINE as i64, "at rest", false, INK);
 }
 
 /// Width that the names take at the left, pixels.

@@ -11,8 +11,9 @@ use super::shading::{ENAMEL, LIP, MATT, SKIN, shade};
 use super::skin::Skin;
 use super::solid::Solid;
 use super::vermilion::Vermilion;
-use super::{Camera, Hit, Image, LINE, Layer, Margins, Projected, RenderError, Show, View};
+use super::{Camera, Hit, Image, LINE, Layer, Margins, Projected, Refined, RenderError, Show, View};
 use crate::face::{Face, Pose};
+use crate::mesh::Site;
 use crate::units::Vec3;
 
 /// Fewest pixels of a side.
@@ -25,6 +26,11 @@ const SAMPLES: usize = 3;
 const VEIL: (f32, f32) = (0.30, 0.85);
 /// The same over teeth and muscles, whose colours must be told apart.
 const THIN_VEIL: (f32, f32) = (0.12, 0.7);
+
+/// Colours of skin, red of the lips and mucosa.
+fn tints() -> [Rgb; 3] {
+    [srgb(229, 180, 156), srgb(199, 112, 106), srgb(150, 62, 62)]
+}
 
 /// What to draw and how.
 #[derive(Clone, Debug)]
@@ -107,6 +113,25 @@ impl<'f> Scene<'f> {
         self.face
     }
 
+    /// The smooth skin: what carries each vertex, and the quadrilaterals.
+    pub fn surface(&self) -> &Refined {
+        &self.skin.surface
+    }
+
+    /// Colour of each vertex of the smooth skin, before any light falls on it: skin, lips and mucosa.
+    pub fn tint(&self) -> Vec<Rgb> {
+        let [skin, lip, mucosa] = tints();
+        let of = |(site, inside): (&Site, &f32)| {
+            mix(mix(skin, lip, self.vermilion.share(site.position)), mucosa, inside.clamp(0., 1.))
+        };
+        self.skin.surface.sites.iter().zip(&self.skin.mucosa).map(of).collect()
+    }
+
+    /// What carries the points of each fibre of each muscle.
+    pub fn fibres(&self) -> &[Vec<Vec<Site>>] {
+        &self.bundles.sites
+    }
+
     /// The points of the smooth skin at rest, mm.
     pub(super) fn rest_points(&self) -> Vec<Vec3> {
         self.skin.surface.sites.iter().map(|s| s.position).collect()
@@ -136,7 +161,8 @@ impl<'f> Scene<'f> {
         drawing.legend && drawing.show.muscles && drawing.only.is_empty() && !active
     }
 
-    /// The camera of a drawing: it frames the face at rest, so that a moved face is seen to move.
+    /// The camera of a drawing: it frames the face at rest, so that a moved face is seen to move; where bones are moved,
+    /// such as an open jaw, what goes with them is framed, too.
     fn camera(&self, drawing: &Drawing<'_>) -> Camera {
         let head = 8. + (drawing.title.len() * LINE) as f64;
         // Panels of one figure stand on one line, with legends or without.
@@ -145,7 +171,12 @@ impl<'f> Scene<'f> {
         let left = if self.names(drawing) { legend::names_space(&self.stems) } else { 8. };
         let margins = Margins { left, top: head, right, bottom: legend };
         let points: Vec<Vec3> = match drawing.focus {
-            [] => self.rest_points(),
+            [] if drawing.pose.is_rest() => self.rest_points(),
+            [] => {
+                let moved = self.skin.displacement(drawing.displacement);
+                let rest = self.rest_points();
+                rest.iter().copied().chain(rest.iter().zip(&moved).map(|(p, u)| p + u)).collect()
+            }
             focus => focus.to_vec(),
         };
         let camera = Camera::fit(drawing.view, &points, drawing.size, margins);
@@ -221,7 +252,7 @@ impl<'f> Scene<'f> {
             let normals = self.skin.normals(&points);
             let seen = seen_normals(&skin_layer, &fine, |t| self.skin.triangles[t].map(|v| normals[v]));
             let open = openness(&skin_layer, &skin_layer, &seen, fine.pixels_per_mm());
-            let map = ColourMap::new();
+            let (map, tints) = (ColourMap::new(), tints());
             let paint = |hit: &Hit, n: Vec3, open: f32| -> Rgb {
                 let t = self.skin.triangles[hit.triangle as usize];
                 let mucosa: f32 = (0..3).map(|k| hit.weights[k] * self.skin.mucosa[t[k]]).sum();
@@ -231,9 +262,9 @@ impl<'f> Scene<'f> {
                 }
                 let rest = blend(t.map(|v| self.skin.surface.sites[v].position), hit);
                 let red = self.vermilion.share(rest);
-                let skin = shade(srgb(229, 180, 156), SKIN, n, open);
-                let lip = shade(srgb(199, 112, 106), LIP, n, open);
-                let inside = shade(srgb(150, 62, 62), LIP, n, 0.6 * open);
+                let skin = shade(tints[0], SKIN, n, open);
+                let lip = shade(tints[1], LIP, n, open);
+                let inside = shade(tints[2], LIP, n, 0.6 * open);
                 mix(mix(skin, lip, red), inside, mucosa.clamp(0., 1.))
             };
             samples = (0..size.0 * size.1)
@@ -284,6 +315,12 @@ impl<'f> Scene<'f> {
             }
             if let Some(mm_per_n) = mm_per_n {
                 legend::force_bar(&mut image, camera.pixels_per_mm() * mm_per_n);
+            }
+            if drawing.view == View::Front {
+                legend::sides(&mut image, if show.displacement { legend::BAR_SPACE } else { 8. });
+            }
+            if show.muscles && drawing.activation.is_some_and(|a| a.iter().any(|a| *a > 0.)) {
+                legend::activation_bar(&mut image, drawing.title.len());
             }
             if self.names(drawing) {
                 legend::names(&mut image, &self.stems, drawing.title.len());

@@ -1,1 +1,17 @@
 //! Results to look at and to open elsewhere: the page, the plots, scenes for other programs.
+
+mod arrays;
+mod drawn_face;
+mod glb;
+mod markup;
+mod motion;
+mod obj;
+mod page;
+mod plot;
+mod tables;
+
+pub use glb::glb;
+pub use motion::{Motion, MotionKind, MotionState};
+pub use obj::obj_text;
+pub use page::{MOST_RESULTS, ReportError, ShownResult, page};
+pub use plot::{activation_plot, l_curve_plot, residual_plot, symmetry_plot, time_plot};

@@ -8,6 +8,7 @@ mod mechanics;
 mod mirror;
 mod moved;
 mod mover;
+mod tangent;
 mod track;
 mod verdict;
 
@@ -18,5 +19,6 @@ pub use fit::{Fit, LinearAnswer, fit};
 pub use mechanics::{Mechanics, Stiffness, Strain};
 pub use moved::{MovedContact, MovedFace};
 pub use mover::Mover;
+pub use tangent::MovedTangent;
 pub use track::{HeldStiffness, Track, TrackError, recorded_markers};
 pub use verdict::{Verdict, residual_rms_mm};

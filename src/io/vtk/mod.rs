@@ -11,4 +11,4 @@ mod xml;
 
 pub(super) use legacy::{parse as parse_legacy, polygons as legacy_polygons};
 pub use writer::{VtuData, vtu_text, write_vtu};
-pub(super) use xml::{parse as parse_xml, point_vectors, polygons as xml_polygons};
+pub(super) use xml::{parse as parse_xml, point_scalars, point_vectors, polygons as xml_polygons};

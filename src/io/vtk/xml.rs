@@ -59,6 +59,27 @@ pub(in super::super) fn point_vectors(file: &Path, bytes: &[u8], name: &str) -> 
     })
 }
 
+/// The scalars (n) of the point array `name` in the VTU file `file` whose content is `bytes`; `None` where a piece has
+/// no such array.
+pub(in super::super) fn point_scalars(file: &Path, bytes: &[u8], name: &str) -> Result<Option<Vec<f64>>> {
+    with_document(file, bytes, |reader, root| {
+        let data_set = reader.data_set(root, &["UnstructuredGrid"])?;
+        let mut scalars = Vec::new();
+        for piece in data_set.children().filter(|n| n.has_tag_name("Piece")) {
+            let section = child(piece, "PointData", || reader.at(piece))?;
+            let named = |n: &Node<'_, '_>| n.has_tag_name("DataArray") && n.attribute("Name") == Some(name);
+            let Some(array) = section.children().find(named) else { return Ok(None) };
+            let n = reader.declared(piece, "NumberOfPoints")?;
+            scalars.extend(reader.numbers(
+                array,
+                Expected { what: "scalars", entries: n, each: 1 },
+                scalars.len(),
+            )?);
+        }
+        Ok(Some(scalars))
+    })
+}
+
 fn with_document<T>(
     file: &Path,
     bytes: &[u8],
@@ -255,14 +276,20 @@ impl Reader<'_> {
         if components != "3" {
             return Err(syntax(at, "NumberOfComponents 3", &text::shown(components)));
         }
-        let numbers = match self.values(array, Expected { what, entries: n, each: 3 }, &at)? {
+        self.numbers(array, Expected { what, entries: n, each: 3 }, before)
+    }
+
+    /// The finite numbers of an array, entry by entry; `before` entries came before, for messages.
+    fn numbers(&self, array: Node<'_, '_>, expected: Expected<'_>, before: usize) -> Result<Vec<f64>> {
+        let (at, each) = (self.at(array), expected.each);
+        let numbers = match self.values(array, expected, &at)? {
             Values::Float(v) => v,
             Values::Int(v) => v.into_iter().map(|x| x as f64).collect(),
         };
         if let Some(k) = numbers.iter().position(|x| !x.is_finite()) {
             let (at, value) = match written(array, &self.lines, k) {
                 Some((line, word)) => (at.at_line(line), word),
-                None => (at, format!("{} (node {})", numbers[k], before + k / 3)),
+                None => (at, format!("{} (node {})", numbers[k], before + k / each)),
             };
             return Err(MeshFileError::new(at, MeshFileErrorKind::NotFinite { value }));
         }

@@ -9,10 +9,10 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use super::TrackTable;
+use super::ActivationTable;
 
-impl TrackTable {
-    /// As Apache Parquet: `time_s` and the columns, doubles that are never null. The same table gives the same bytes.
+impl ActivationTable {
+    /// As Apache Parquet: `time_s` and the muscles, doubles that are never null. The same table gives the same bytes.
     ///
     /// # Errors
     /// When it cannot be put together.
@@ -23,7 +23,7 @@ impl TrackTable {
                 .build()
                 .map(Arc::new)
         };
-        let names = std::iter::once("time_s").chain(self.columns.iter().map(String::as_str));
+        let names = std::iter::once("time_s").chain(self.muscles.iter().map(String::as_str));
         let fields = names.map(column).collect::<Result<Vec<_>, _>>().map_err(Error::other)?;
         let schema = Type::group_type_builder("frames").with_fields(fields).build().map_err(Error::other)?;
         let properties = WriterProperties::builder()
@@ -58,10 +58,10 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_again() {
-        let table = TrackTable {
-            columns: vec!["a".into(), "jaw_opening_mm".into()],
+        let table = ActivationTable {
+            muscles: vec!["a".into(), "b".into()],
             times_s: vec![0., 0.1],
-            rows: vec![vec![0.5, 1. / 3.], vec![0., 4.]],
+            rows: vec![vec![0.5, 1. / 3.], vec![0., 1.]],
         };
         let bytes = table.parquet().expect("written");
         assert_eq!(bytes, table.parquet().expect("written"));
@@ -69,6 +69,6 @@ mod tests {
         let rows: Vec<_> = reader.get_row_iter(None).expect("rows").map(|row| row.expect("row")).collect();
         let value = |row: usize, k| rows[row].get_double(k).expect("a number");
         assert_eq!([value(0, 0), value(0, 1), value(0, 2), value(1, 0)], [0., 0.5, 1. / 3., 0.1]);
-        assert_eq!((rows.len(), value(1, 2)), (2, 4.));
+        assert_eq!((rows.len(), value(1, 2)), (2, 1.));
     }
 }

@@ -1,0 +1,114 @@
+//! Activations with what the data leave open, and over time.
+
+use super::chart::{Scale, frame};
+use super::svg::{Anchor, Svg, standalone};
+use crate::io::{ActivationTable, AnswerFiles};
+
+/// Height of a row, pixels.
+const ROW: f64 = 20.;
+/// Muscles that are drawn over time, those that act most.
+const MOST_RUNS: usize = 8;
+
+/// A muscle of both sides, or one in the middle.
+struct Row<'a> {
+    stem: &'a str,
+    /// Names of the right and the left one; the same twice in the middle.
+    sides: [&'a str; 2],
+}
+
+fn rows(answer: &AnswerFiles) -> Vec<Row<'_>> {
+    let names: Vec<&str> = answer.activations.keys().map(String::as_str).collect();
+    let mut rows: Vec<Row<'_>> = Vec::new();
+    for &name in &names {
+        if let Some(stem) = name.strip_suffix("_l")
+            && let Some(right) = names.iter().copied().find(|n| n.strip_suffix("_r") == Some(stem))
+        {
+            rows.push(Row { stem, sides: [right, name] });
+        } else if !name
+            .strip_suffix("_r")
+            .is_some_and(|stem| names.iter().any(|n| n.strip_suffix("_l") == Some(stem)))
+        {
+            rows.push(Row { stem: name, sides: [name, name] });
+        }
+    }
+    let of = |name: &str| answer.activations.get(name).copied().unwrap_or(0.);
+    rows.sort_by(|a, b| {
+        let sum = |row: &Row<'_>| of(row.sides[0]) + of(row.sides[1]);
+        sum(b).total_cmp(&sum(a)).then(a.stem.cmp(b.stem))
+    });
+    rows
+}
+
+/// The activations of `answer` in per cent, the subject's right to the left as seen from the front, with the intervals that
+/// the data leave open at 95 per cent.
+pub(in super::super) fn activations_inline(answer: &AnswerFiles) -> String {
+    let rows = rows(answer);
+    let (names, half, top) = (230., 200., 34.);
+    let middle = names + half + 10.;
+    let (width, height) = (middle + half + 40., top + ROW * rows.len() as f64 + 44.);
+    let mut svg = Svg::new(width, height);
+    let bottom = height - 40.;
+    let sides = [
+        Scale::linear(0., 1., (middle - 2., middle - half)),
+        Scale::linear(0., 1., (middle + 2., middle + half)),
+    ];
+    for scale in &sides {
+        for percent in [0., 0.5, 1.] {
+            svg.line(
+                (scale.at(percent), top - 6.),
+                (scale.at(percent), bottom),
+                if percent == 0. { "axis" } else { "grid" },
+            );
+            svg.text(
+                (scale.at(percent), bottom + 15.),
+                Anchor::Middle,
+                "soft",
+                &format!("{:.0}", 100. * percent),
+            );
+        }
+    }
+    svg.text((middle, bottom + 32.), Anchor::Middle, "", "activation, per cent");
+    svg.text((middle - half / 2., 16.), Anchor::Middle, "bold", "subject's right");
+    svg.text((middle + half / 2., 16.), Anchor::Middle, "bold", "subject's left");
+    for (k, row) in rows.iter().enumerate() {
+        let y = top + ROW * (k as f64 + 0.5);
+        svg.text((names - 6., y + 4.), Anchor::End, "", &row.stem.replace('_', " "));
+        for (side, (scale, name)) in sides.iter().zip(row.sides).enumerate() {
+            let a = answer.activations.get(name).copied().unwrap_or(0.);
+            let (from, to) = (scale.at(0.).min(scale.at(a)), scale.at(0.).max(scale.at(a)));
+            svg.bar((from, y - 6.), (to - from, 12.), if side == 0 { "f1" } else { "f0" });
+            let unknown = answer.certainty.as_ref().and_then(|c| c.unknowns.iter().find(|u| u.name == name));
+            if let Some(u) = unknown {
+                svg.interval((scale.at(u.min), scale.at(u.max)), y);
+            }
+        }
+    }
+    svg.inline("Activation of each muscle, right and left, with the intervals that the data leave open; the table has the numbers")
+}
+
+/// The activations of `answer`, mirrored left and right with their intervals, as an SVG file.
+pub fn activation_plot(answer: &AnswerFiles) -> String {
+    standalone(&activations_inline(answer))
+}
+
+/// The activations of `table` over time, of the eight muscles that act most, as an SVG file.
+pub fn time_plot(table: &ActivationTable) -> String {
+    let most = |m: usize| table.rows.iter().map(|row| row[m]).fold(0., f64::max);
+    let mut shown: Vec<usize> = (0..table.muscles.len()).filter(|m| most(*m) > 0.).collect();
+    shown.sort_by(|a, b| most(*b).total_cmp(&most(*a)).then(a.cmp(b)));
+    shown.truncate(MOST_RUNS);
+    let (left, top, right, bottom) = (56., 30., 560., 330.);
+    let mut svg = Svg::new(right + 250., bottom + 44.);
+    let ends = table.times_s.first().zip(table.times_s.last()).map_or((0., 1.), |(a, b)| (*a, *b));
+    let (x, y) = (Scale::linear(ends.0, ends.1, (left, right)), Scale::linear(0., 100., (bottom, top)));
+    frame(&mut svg, &x, &y, ["time, s", "activation, per cent"], (left, top, right, bottom));
+    for (k, m) in shown.iter().enumerate() {
+        let points: Vec<(f64, f64)> =
+            table.times_s.iter().zip(&table.rows).map(|(t, row)| (x.at(*t), y.at(100. * row[*m]))).collect();
+        svg.run(&points, &format!("s{k}"));
+        let at = top + 10. + ROW * k as f64;
+        svg.run(&[(right + 14., at), (right + 36., at)], &format!("s{k}"));
+        svg.text((right + 42., at + 4.), Anchor::Start, "", &table.muscles[*m].replace('_', " "));
+    }
+    standalone(&svg.inline("Activations over time"))
+}

@@ -1,0 +1,62 @@
+"""Opens what `modiolus export RESULT --to vtu|pvd|sto|csv|glb|obj` wrote with the programs that it is for: meshio and PyVista
+read the field, OpenSim the activations where its wheel is installed.
+
+Usage: check_exports.py FOLDER, which holds result.vtu, result.pvd, result.sto, result.csv and result.obj, and the answer's
+face.vtu and solution.json.
+"""
+
+import csv
+import json
+import sys
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pyvista
+
+
+def main():
+    folder = Path(sys.argv[1])
+    solution = json.loads((folder / "solution.json").read_text())
+    stored = meshio.read(folder / "face.vtu")
+    exported = meshio.read(folder / "result.vtu")
+    assert np.array_equal(stored.points, exported.points)
+    assert np.array_equal(stored.point_data["displacement"], exported.point_data["displacement"])
+    assert "asymmetry_mm" in exported.point_data
+
+    grid = pyvista.read(folder / "result.vtu")
+    assert grid.n_points == len(stored.points)
+    warped = grid.warp_by_vector("displacement")
+    assert np.allclose(warped.points, stored.points + stored.point_data["displacement"], atol=1e-4)
+
+    series = pyvista.get_reader(folder / "result.pvd")
+    times = list(series.time_values)
+    assert times[0] == 0 and times[-1] == 1 and len(times) > 2, times
+    series.set_active_time_value(0)
+    assert np.abs(series.read()[0]["displacement"]).max() == 0, "it begins at rest"
+    series.set_active_time_value(1)
+    assert np.allclose(series.read()[0]["displacement"], stored.point_data["displacement"]), "it ends at the answer"
+
+    rows = list(csv.DictReader((folder / "result.csv").open()))
+    last = {name: float(a) for name, a in rows[-1].items() if name != "time_s"}
+    assert last == solution["activations"]
+
+    surface = meshio.read(folder / "result.obj")
+    assert len(surface.points) > 1000 and np.isfinite(surface.points).all()
+
+    try:
+        import opensim
+    except ImportError:
+        print("OpenSim is not installed: the .sto file is not opened by it")
+    else:
+        table = opensim.TimeSeriesTable(str(folder / "result.sto"))
+        labels = list(table.getColumnLabels())
+        assert sorted(labels) == sorted(solution["activations"])
+        row = table.getRowAtIndex(table.getNumRows() - 1)
+        for k, name in enumerate(labels):
+            assert row[k] == solution["activations"][name], name
+        print("OpenSim reads the activations")
+    print("meshio and PyVista read the field and the way from rest")
+
+
+main()

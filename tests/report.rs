@@ -1,0 +1,263 @@
+//! The page of results: what it holds, that it lets nothing in, and what bad input gets.
+
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+
+use assert_cmd::Command;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use modiolus::face::{Face, Pose, standard, standard::Resolution};
+use modiolus::io::{AnswerFiles, read_answer};
+use modiolus::report::{Motion, MotionState, ReportError, ShownResult, page};
+use modiolus::study::{Mechanics, Mover, Stiffness, Strain};
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn modiolus() -> Command {
+    let mut command = Command::cargo_bin("modiolus").expect("the program");
+    command.current_dir(env!("CARGO_MANIFEST_DIR"));
+    command
+}
+
+/// Runs, and returns exit code and stderr.
+fn run(command: &mut Command) -> (i32, String) {
+    let output = command.output().expect("it runs");
+    (output.status.code().expect("an exit code"), String::from_utf8(output.stderr).expect("UTF-8"))
+}
+
+/// The face under a one-sided smile, without contact, in `folder`.
+fn result(folder: &TempDir, name: &str, more: &[&str]) -> String {
+    let out = folder.path().join(name).display().to_string();
+    let mut command = modiolus();
+    command.args(["forward", "--face", "standard_coarse", "--contact", "off", "--out", &out]);
+    if more.is_empty() {
+        command.args(["--activate", "zygomaticus_major_l=0.4,mentalis=0.1"]);
+    }
+    let (code, stderr) = run(command.args(more));
+    assert_eq!(code, 0, "{stderr}");
+    out
+}
+
+/// The content of the element with this `id`.
+fn element<'a>(html: &'a str, id: &str) -> &'a str {
+    let from = html.find(&format!("id=\"{id}\">")).expect("the element") + id.len() + 5;
+    let to = html[from..].find("</script>").expect("its end");
+    &html[from..from + to]
+}
+
+/// The page's data and its block of numbers.
+fn data(html: &str) -> (Value, Vec<u8>) {
+    let json = serde_json::from_str(element(html, "data")).expect("JSON");
+    let zlib = STANDARD.decode(element(html, "arrays")).expect("base64");
+    let mut block = Vec::new();
+    flate2::read::ZlibDecoder::new(&zlib[..]).read_to_end(&mut block).expect("zlib");
+    (json, block)
+}
+
+/// The reals of an array.
+fn reals(array: &Value, block: &[u8]) -> Vec<f64> {
+    let of = |name: &str| array[name].as_u64().expect("a number") as usize;
+    let (at, len, scale) = (of("at"), of("len"), array["scale"].as_f64().expect("a scale"));
+    assert_eq!(array["kind"], "i16");
+    let value = |k: usize| i16::from_le_bytes([block[at + 2 * k], block[at + 2 * k + 1]]);
+    (0..len).map(|k| f64::from(value(k)) * scale).collect()
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0., |most: f64, v| most.max(v.abs()))
+}
+
+const LINEAR: Mechanics =
+    Mechanics { strain: Strain::Linear, stiffness: Stiffness::Activated, contact: false };
+
+fn smile(face: &Face, half: f64) -> Vec<f64> {
+    let of = |name: &str| match name {
+        "zygomaticus_major_l" => 0.4,
+        "zygomaticus_major_r" => half,
+        "levator_labii_superioris_l" => 0.2,
+        _ => 0.,
+    };
+    face.muscles.iter().map(|m| of(&m.name)).collect()
+}
+
+/// The tangent is the derivative of where the face settles, with teeth and lips in the way and without.
+#[test]
+fn the_tangent_is_the_derivative_of_settling() {
+    let face = standard(&Resolution::COARSE);
+    let m = face.muscle_index("zygomaticus_major_r").expect("a muscle");
+    // Between two steps of finite length contacts come and go, and normals turn, which the tangent leaves out.
+    for (contact, step, tolerance) in [(false, 1e-3, 1e-4), (true, 2e-3, 0.1)] {
+        let mover = Mover::new(&face, Mechanics { contact, ..LINEAR }).expect("a face");
+        let at = |a: f64| mover.settle(&smile(&face, a), &Pose::rest()).expect("it settles").displacement;
+        let tangent = mover.tangent(&smile(&face, 0.3), &Pose::rest()).expect("it settles");
+        let [before, after] = [at(0.3 - step), at(0.3 + step)];
+        let rate: Vec<f64> = before.iter().zip(&after).map(|(b, a)| (a - b) / (2. * step)).collect();
+        let field = &tangent.fields[m];
+        let off: f64 = field.iter().zip(&rate).map(|(t, r)| (t - r).powi(2)).sum();
+        let size: f64 = rate.iter().map(|r| r * r).sum();
+        assert!((off / size).sqrt() < tolerance, "contact {contact}: {}", (off / size).sqrt());
+        assert_eq!(tangent.fields.len(), face.muscles.len());
+        assert_eq!(tangent.moved.displacement, at(0.3));
+    }
+}
+
+#[test]
+fn the_page_holds_the_result_and_lets_nothing_in() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let one = result(&folder, "one", &[]);
+    let out = folder.path().join("page.html");
+    let report = |out: &Path| {
+        let (code, stderr) = run(modiolus().args(["report", &one, "--parts", "2", "--out"]).arg(out));
+        assert_eq!(code, 0, "{stderr}");
+        fs::read_to_string(out).expect("a page")
+    };
+    let html = report(&out);
+    assert_eq!(html, report(&folder.path().join("again.html")), "the same bytes again");
+    assert!(html.len() < 6_000_000, "{} bytes", html.len());
+
+    // Nothing is fetched, and the policy allows only what is in the page.
+    let (head, _) = html.split_once("</head>").expect("a head");
+    assert!(head.contains("default-src 'none'; script-src 'sha256-") && !head.contains("unsafe"));
+    let markup = html.replace(element(&html, "data"), "").replace(element(&html, "arrays"), "");
+    let script = markup.rsplit_once("<script>").expect("the script").1;
+    let own = script.split_once("</script>").expect("its end").0;
+    let markup = markup.replace(own, "");
+    for outside in ["src=", "http:", "https:", "url(", " style=", "onclick", "@import"] {
+        assert!(!markup.contains(outside), "{outside}");
+    }
+
+    let answer = read_answer(one.as_ref()).expect("a result");
+    let face = standard(&Resolution::COARSE);
+    let (json, block) = data(&html);
+    let shown = &json["results"][0];
+    assert_eq!(shown["kind"], "loading");
+    let states = shown["states"].as_array().expect("states");
+    let times: Vec<f64> = states.iter().filter_map(|s| s["time"].as_f64()).collect();
+    assert_eq!((times, shown["answer"]["time"].as_f64()), (vec![0., 0.5], Some(1.)));
+    assert_eq!(shown["tangent"].as_array().map(Vec::len), Some(face.muscles.len()));
+
+    // Each carrier at a landmark's node moves as the stored field says, to the rounding of the array.
+    let carriers = reals(&json["faces"][0]["carriers"], &block);
+    let moved = reals(&shown["answer"]["displacement"], &block);
+    let rounding = largest(&moved) / 65_000.;
+    let mut seen = 0;
+    for (node, p) in face.mesh.points.iter().enumerate() {
+        let here = |k: &usize| (0..3).all(|c| (carriers[3 * k + c] - p[c]).abs() < 2e-3);
+        let Some(k) = (0..carriers.len() / 3).find(here) else { continue };
+        for c in 0..3 {
+            assert!((moved[3 * k + c] - answer.displacement[3 * node + c]).abs() < rounding, "node {node}");
+        }
+        seen += 1;
+        if seen == 200 {
+            break;
+        }
+    }
+    assert_eq!(seen, 200, "surface nodes are carriers");
+}
+
+#[test]
+fn two_results_share_their_face_and_a_sequence_is_played_in_order() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let one = result(&folder, "one", &[]);
+    let two = result(&folder, "two", &["--activate", "depressor_anguli_oris=0.3", "--jaw-opening", "4"]);
+    let out = folder.path().join("page.html");
+    let page = |arguments: &[&str]| {
+        let (code, stderr) = run(modiolus().arg("report").args(arguments).arg("--out").arg(&out));
+        assert_eq!(code, 0, "{stderr}");
+        data(&fs::read_to_string(&out).expect("a page"))
+    };
+    let (pair, _) = page(&[&one, &two, "--parts", "1"]);
+    assert_eq!(pair["faces"].as_array().map(Vec::len), Some(1));
+    assert_eq!(pair["results"].as_array().map(Vec::len), Some(2));
+    let teeth = pair["results"][1]["answer"]["teeth"].as_array().expect("teeth");
+    let drop = |k: usize| teeth[k][0][1].as_f64().expect("a number");
+    assert!((0..teeth.len()).any(|k| drop(k).abs() > 0.1), "the lower teeth go with the jaw");
+
+    let (sequence, _) = page(&[&two, &one, &two, "--sequence"]);
+    let shown = &sequence["results"][0];
+    assert_eq!(shown["kind"], "sequence");
+    assert_eq!(shown["states"].as_array().map(Vec::len), Some(3));
+
+    let table = folder.path().join("frames.csv");
+    fs::write(&table, "time_s,zygomaticus_major_l\n0,0\n0.5,1\n").expect("written");
+    let (frames, _) = page(&[&one, "--frames", &table.display().to_string()]);
+    let states = frames["results"][0]["states"].as_array().expect("states");
+    assert_eq!(states.len(), 2);
+    assert!(states.iter().all(|s| s["displacement"].is_null()), "the tangent gives them");
+}
+
+#[test]
+fn names_stay_text() {
+    let face = standard(&Resolution::COARSE);
+    let folder = tempfile::tempdir().expect("a folder");
+    let one = result(&folder, "one", &[]);
+    let evil = "</script><script>alert(1)</script><img src=x onerror=alert(1)>\u{202e}";
+    let mut answer: AnswerFiles = read_answer(one.as_ref()).expect("a result");
+    answer.warnings.push(evil.to_owned());
+    answer.face = evil.to_owned();
+    answer.markers[0].name = evil.to_owned();
+    answer.markers[0].target_mm = [Some(1.), None, None];
+    let state = MotionState {
+        label: evil.to_owned(),
+        time: 1.,
+        activation: vec![0.; face.muscles.len()],
+        displacement: Some(answer.displacement.clone()),
+        pressure_kpa: None,
+        pose: Pose::rest(),
+    };
+    let shown = |motion: Motion| ShownResult { title: evil.to_owned(), answer: &answer, face: 0, motion };
+    let html = page(&[&face], &[shown(Motion::straight(&face, state.clone()))]).expect("a page");
+    assert!(!html.contains("<script>alert") && !html.contains("<img") && !html.contains('\u{202e}'));
+    assert_eq!(html.matches("</script>").count(), 3, "no element ends early");
+    assert_eq!(data(&html).0["results"][0]["title"], evil);
+
+    let short = MotionState { displacement: Some(vec![0.; 3]), ..state };
+    let told = page(&[&face], &[shown(Motion::straight(&face, short))]);
+    assert!(matches!(told, Err(ReportError::Length { found: 3, .. })));
+    assert!(matches!(page(&[&face], &[]), Err(ReportError::Results { found: 0 })));
+}
+
+#[test]
+fn bad_input_is_refused_and_writes_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let one = result(&folder, "one", &[]);
+    let out = folder.path().join("page.html");
+    let table = folder.path().join("frames.csv");
+    fs::write(&table, "time_s,zygomaticus_major_left\n0,1\n").expect("written");
+    let table = table.display().to_string();
+    let nothing = folder.path().display().to_string();
+    let page = out.display().to_string();
+    let other = folder.path().join("other").display().to_string();
+    let (code, stderr) = run(modiolus().args([
+        "forward",
+        "--contact",
+        "off",
+        "--activate",
+        "mentalis=0.1",
+        "--face",
+        "standard",
+        "--out",
+        &other,
+    ]));
+    assert_eq!(code, 0, "{stderr}");
+    let as_page = folder.path().join("folder.html");
+    fs::create_dir(&as_page).expect("a folder");
+    let cases: [(&[&str], &str); 9] = [
+        (&["--out", &page], "RESULT"),
+        (&[&one, "--out", "page.txt"], "name it page.html"),
+        (&[&nothing, "--out", &page], "solution.json"),
+        (&["no_such_folder", "--out", &page], "there is no such folder"),
+        (&[&one, "--out", &page, "--parts", "0"], "--parts"),
+        (&[&one, "--out", &page, "--frames", &table], "did you mean zygomaticus_major_l"),
+        (&[&one, &other, "--out", &page, "--sequence"], "different faces"),
+        (&[&one, &one, &one, "--out", &page], "one or 2 results, not 3"),
+        (&[&one, "--out", &as_page.display().to_string()], "folder.html"),
+    ];
+    for (arguments, part) in cases {
+        let (code, stderr) = run(modiolus().arg("report").args(arguments));
+        assert_eq!(code, 2, "{arguments:?}: {stderr}");
+        assert!(stderr.contains(part), "\"{part}\" is not in: {stderr}");
+        assert!(!out.exists(), "{arguments:?} wrote a page");
+    }
+}
