@@ -41,7 +41,7 @@ fn result(folder: &TempDir, name: &str, more: &[&str]) -> String {
 
 /// The content of the element with this `id`.
 fn element<'a>(html: &'a str, id: &str) -> &'a str {
-    let from = html.find(&format!("id=\"{id}\">")).expect("the element") + id.len() + 5;
+    let from = html.find(&format!("id=\"{id}\">")).expect("the element") + id.len() + 6;
     let to = html[from..].find("</script>").expect("its end");
     &html[from..from + to]
 }
@@ -208,7 +208,9 @@ fn names_stay_text() {
     };
     let shown = |motion: Motion| ShownResult { title: evil.to_owned(), answer: &answer, face: 0, motion };
     let html = page(&[&face], &[shown(Motion::straight(&face, state.clone()))]).expect("a page");
-    assert!(!html.contains("<script>alert") && !html.contains("<img") && !html.contains('\u{202e}'));
+    assert!(!html.contains("<script>alert") && !html.contains("<img"));
+    // In the data the script puts it into elements of their own, whose direction is theirs.
+    assert!(!html.replace(element(&html, "data"), "").contains('\u{202e}'));
     assert_eq!(html.matches("</script>").count(), 3, "no element ends early");
     assert_eq!(data(&html).0["results"][0]["title"], evil);
 
@@ -260,4 +262,94 @@ fn bad_input_is_refused_and_writes_nothing() {
         assert!(stderr.contains(part), "\"{part}\" is not in: {stderr}");
         assert!(!out.exists(), "{arguments:?} wrote a page");
     }
+}
+
+/// The JSON and the binary chunk of a GLB file.
+fn chunks(glb: &[u8]) -> (Value, &[u8]) {
+    let word = |at: usize| u32::from_le_bytes([glb[at], glb[at + 1], glb[at + 2], glb[at + 3]]) as usize;
+    assert_eq!((&glb[..4], word(4), word(8)), (&b"glTF"[..], 2, glb.len()));
+    let json = word(12);
+    assert_eq!((&glb[16..20], &glb[24 + json..28 + json]), (&b"JSON"[..], &b"BIN\0"[..]));
+    (serde_json::from_slice(&glb[20..20 + json]).expect("JSON"), &glb[28 + json..])
+}
+
+#[test]
+fn exports_hold_the_answer() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let one = result(&folder, "one", &[]);
+    let answer = read_answer(one.as_ref()).expect("a result");
+    let export = |form: &str| {
+        let out = folder.path().join(format!("x.{form}"));
+        let (code, stderr) = run(modiolus().args(["export", &one, "--to", form, "--out"]).arg(&out));
+        assert_eq!(code, 0, "{stderr}");
+        fs::read(out).expect("written")
+    };
+    let text = |form: &str| String::from_utf8(export(form)).expect("text");
+
+    // The superposition of all targets in the animation's last weights is the answer.
+    let glb = export("glb");
+    let (json, binary) = chunks(&glb);
+    let reals = |accessor: &Value| -> Vec<f64> {
+        let accessor = &json["accessors"][accessor.as_u64().expect("an index") as usize];
+        let view = &json["bufferViews"][accessor["bufferView"].as_u64().expect("a view") as usize];
+        let of = |name: &str| view[name].as_u64().expect("a number") as usize;
+        let bytes = &binary[of("byteOffset")..of("byteOffset") + of("byteLength")];
+        bytes.as_chunks::<4>().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect()
+    };
+    let skin = &json["meshes"][0];
+    let names: Vec<&str> =
+        skin["extras"]["targetNames"].as_array().expect("names").iter().filter_map(Value::as_str).collect();
+    let face = standard(&Resolution::COARSE);
+    assert!(face.muscles.iter().zip(&names).all(|(m, name)| m.name == **name));
+    assert_eq!((names.len(), names.last()), (face.muscles.len() + 1, Some(&"remainder")));
+    let weights = reals(&json["animations"][0]["samplers"][0]["output"]);
+    let weights = &weights[names.len()..];
+    for (muscle, weight) in names.iter().zip(weights).take(face.muscles.len()) {
+        assert!((answer.activations[*muscle] - weight).abs() < 1e-6, "{muscle}");
+    }
+    let base = reals(&skin["primitives"][0]["attributes"]["POSITION"]);
+    let mut moved = vec![0.; base.len()];
+    for (target, weight) in skin["primitives"][0]["targets"].as_array().expect("targets").iter().zip(weights)
+    {
+        moved.iter_mut().zip(reals(&target["POSITION"])).for_each(|(m, u)| *m += weight * u);
+    }
+    let scene = modiolus::render::Scene::new(&face);
+    for (k, site) in scene.surface().sites.iter().enumerate() {
+        let u = site.displacement(&answer.displacement);
+        for c in 0..3 {
+            assert!((1e3 * base[3 * k + c] - site.position[c]).abs() < 1e-4);
+            assert!((1e3 * moved[3 * k + c] - u[c]).abs() < 1e-4, "vertex {k}");
+        }
+    }
+
+    let csv = text("csv");
+    let (head, last) = (csv.lines().next().expect("a head"), csv.lines().last().expect("a row"));
+    assert!(head.starts_with("time_s,") && last.starts_with("1,"));
+    for (muscle, a) in head.split(',').zip(last.split(',')).skip(1) {
+        assert_eq!(a.parse::<f64>().ok(), answer.activations.get(muscle).copied(), "{muscle}");
+    }
+    assert!(text("sto").contains("\nendheader\ntime\t"));
+    assert_eq!(text("pvd").matches("<DataSet ").count(), 5);
+    assert!(folder.path().join("x_004.vtu").exists());
+    assert!(text("obj").matches("\nf ").count() > 10_000);
+
+    let plot = folder.path().join("a.svg");
+    let (code, stderr) = run(modiolus().args(["plot", &one, "--kind", "activations", "--out"]).arg(&plot));
+    assert_eq!(code, 0, "{stderr}");
+    let svg = fs::read_to_string(&plot).expect("a plot");
+    assert!(svg.starts_with("<svg xmlns=") && svg.contains("zygomaticus major") && svg.ends_with("</svg>\n"));
+
+    let own = Path::new(&one).join("face.vtu").display().to_string();
+    let before = fs::read(&own).expect("the answer's own");
+    let cases: [(&[&str], &str); 4] = [
+        (&["export", &one, "--to", "glb", "--out", "x.gltf"], "name it x.glb"),
+        (&["export", &one, "--to", "vtu", "--out", &own], "would be replaced"),
+        (&["plot", &one, "--kind", "symmetry", "--out", "x.svg"], "nothing of that kind"),
+        (&["plot", &one, "--kind", "time", "--out", "x.svg"], "--frames"),
+    ];
+    for (arguments, part) in cases {
+        let (code, stderr) = run(modiolus().args(arguments));
+        assert!(code == 2 && stderr.contains(part), "{arguments:?}: {stderr}");
+    }
+    assert_eq!(fs::read(&own).expect("the answer's own"), before);
 }

@@ -128,7 +128,7 @@ fn activations(answer: &AnswerFiles, muscles: &[String]) -> String {
     };
     let row = |name: &String| {
         let value = answer.activations.get(name).copied().unwrap_or(0.);
-        let between = unknown(name).map_or_else(String::new, |u| interval(u));
+        let between = unknown(name).map_or_else(String::new, interval);
         let word = unknown(name).map_or_else(String::new, |u| escaped(&u.determination.replace('_', " ")));
         let cap = capped(name).map_or_else(String::new, |limit| match limit.gain_mm {
             Some(gain) => format!("at its cap; 10 % more would gain {:.3} mm", 0.1 * gain),

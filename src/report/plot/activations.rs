@@ -49,8 +49,8 @@ pub(in super::super) fn activations_inline(answer: &AnswerFiles) -> String {
     let mut svg = Svg::new(width, height);
     let bottom = height - 40.;
     let sides = [
-        Scale::linear(0., 1., (middle - 2., middle - half)),
-        Scale::linear(0., 1., (middle + 2., middle + half)),
+        Scale::linear(0., 1., (middle - 8., middle - half)),
+        Scale::linear(0., 1., (middle + 8., middle + half)),
     ];
     for scale in &sides {
         for percent in [0., 0.5, 1.] {

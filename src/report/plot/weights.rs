@@ -33,8 +33,8 @@ pub fn l_curve_plot(answer: &AnswerFiles) -> Option<String> {
         let (px, py) = (x.at(at[1]), y.at(at[2]));
         svg.dot((px, py), 6., &format!("f{}", k + 1));
         let row = top + 16. + 18. * k as f64;
-        svg.dot((right - 190., row - 4.), 5., &format!("f{}", k + 1));
-        svg.text((right - 180., row), Anchor::Start, "", &format!("{rule}: weight {weight:.2e}"));
+        svg.dot((right - 225., row - 4.), 5., &format!("f{}", k + 1));
+        svg.text((right - 215., row), Anchor::Start, "", &format!("{rule}: weight {weight:.2e}"));
     }
     Some(standalone(
         &svg.inline(
