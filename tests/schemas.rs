@@ -5,8 +5,8 @@
 use std::path::PathBuf;
 
 use modiolus::io::{
-    comparison_schema, face_schema, plan_schema, solution_schema, suite_schema, symmetry_schema,
-    target_schema,
+    comparison_schema, face_schema, plan_schema, registration_schema, solution_schema, suite_schema,
+    symmetry_schema, target_schema,
 };
 
 fn holds(file: &str, derived: &str) {
@@ -51,4 +51,9 @@ fn the_face_schema_is_published() {
 #[test]
 fn the_symmetry_schema_is_published() {
     holds("symmetry.schema.json", &symmetry_schema());
+}
+
+#[test]
+fn the_registration_schema_is_published() {
+    holds("registration.schema.json", &registration_schema());
 }

@@ -9,6 +9,7 @@ use modiolus::inverse::Target;
 use modiolus::io::nearest;
 use modiolus::render::{MAX_SIDE, MIN_SIDE, Show, View};
 use modiolus::study::{Mechanics, Stiffness, Strain};
+use modiolus::units::LengthUnit;
 
 use super::activation_list::{Assignment, parse_assignment};
 
@@ -45,6 +46,8 @@ pub(crate) enum Verb {
     Render(RenderOptions),
     /// Draw the figures of the standard face: rest, smile, where muscle forces go, what each muscle does.
     Figures(FiguresOptions),
+    /// Match the standard face to the scan of a patient: the face on which every verb then runs.
+    Register(RegisterOptions),
     /// Cut and move bones: the face that heals there, on which fit and forward then run.
     Surgery(SurgeryOptions),
     /// Check a face, or write the built-in one as files.
@@ -339,6 +342,45 @@ pub(crate) struct FiguresOptions {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct RegisterOptions {
+    #[arg(
+        value_name = "SCAN",
+        help = "The skin of the neutral face, lips closed: OBJ, PLY or STL, +x the subject's left, +y up, +z anterior as far \
+                as landmarks do not tell otherwise"
+    )]
+    pub(crate) scan: PathBuf,
+    /// Landmarks on it, eight at least: columns landmark, x_mm, y_mm, z_mm, or x, y, z in --unit.
+    #[arg(long, value_name = "L.csv")]
+    pub(crate) landmarks: PathBuf,
+    /// The unit of the scan and of all other surfaces.
+    #[arg(long, value_name = "mm|cm|m", default_value = "mm", value_parser = parse_unit)]
+    pub(crate) unit: LengthUnit,
+    /// Upper teeth; without them the standard's are placed behind the lips.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) teeth_upper: Option<PathBuf>,
+    /// Lower teeth.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) teeth_lower: Option<PathBuf>,
+    /// The skull, from a segmentation; without it the standard's depths of tissue are kept.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) skull: Option<PathBuf>,
+    /// The mandible.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) mandible: Option<PathBuf>,
+    #[arg(help = "The face that is matched: standard, standard_coarse, standard_fine, or a face.toml", long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    /// What the face is called [default: as the scan].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) name: Option<String>,
+    /// Folder for the face (face.toml and its files), registration.json and registration.vtu, the maps.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Print registration.json instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct SurgeryOptions {
     #[arg(value_name = "PLAN.toml", help = "The plan, such as examples/setback/plan.toml")]
     pub(crate) plan: PathBuf,
@@ -532,6 +574,10 @@ fn parse_out(text: &str, ending: &str, why: &str) -> Result<PathBuf, String> {
         Some(own) if own.eq_ignore_ascii_case(ending) => Ok(path),
         _ => Err(format!("{why}; name it {}", path.with_extension(ending).display())),
     }
+}
+
+fn parse_unit(text: &str) -> Result<LengthUnit, String> {
+    LengthUnit::parse(text).ok_or_else(|| unknown(text, &LengthUnit::NAMES))
 }
 
 fn parse_view(text: &str) -> Result<View, String> {

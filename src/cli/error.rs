@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use modiolus::contact::TeethError;
 use modiolus::face::{FaceError, PlanError};
 use modiolus::forward::finite::FiniteError;
 use modiolus::forward::{ForwardError, OperationError};
@@ -10,6 +11,7 @@ use modiolus::io::{
     AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError, MeshFileError, PlanFileError,
     Standing, SuiteError, TargetFileError, WriteError,
 };
+use modiolus::registration::RegistrationError;
 use modiolus::render::RenderError;
 use modiolus::study::StudyError;
 use thiserror::Error;
@@ -31,6 +33,10 @@ pub(crate) enum CliError {
     PlanFile(#[from] PlanFileError),
     #[error("{at}: {error}", at = place(at))]
     Plan { at: Location, error: Box<PlanError> },
+    #[error("{}: {error}", scan.display())]
+    Registration { scan: PathBuf, error: Box<RegistrationError> },
+    #[error("{}: {error}", path.display())]
+    Teeth { path: PathBuf, error: Box<TeethError> },
     #[error("{}: {error}", plan.display())]
     Operation { plan: PathBuf, error: Box<OperationError> },
     #[error(transparent)]

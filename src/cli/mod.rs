@@ -15,6 +15,7 @@ mod map;
 mod markers;
 mod program;
 mod progress;
+mod register;
 mod render;
 mod suite;
 mod surgery;
@@ -100,6 +101,7 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
         Verb::Map(options) => map::run(&options),
         Verb::Render(options) => render::run(&options),
         Verb::Figures(options) => figures::run(&options),
+        Verb::Register(options) => register::run(&options),
         Verb::Surgery(options) => surgery::run(&options),
         Verb::Face { verb: FaceVerb::Check { face } } => face_verbs::check(&face),
         Verb::Face { verb: FaceVerb::Export { resolution, out, .. } } => face_verbs::export(resolution, &out),

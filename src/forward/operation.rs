@@ -4,10 +4,9 @@ use thiserror::Error;
 
 use super::{ContactError, ForwardError, Model, SettledContact};
 use crate::face::{
-    ContactReach, ContactSearch, Face, FaceError, Fibre, Jaw, Landmark, LargeTurn, Muscle, PlanError, Pose,
-    PreparedPlan, SurgicalPlan,
+    ContactReach, ContactSearch, Face, FaceError, Jaw, LargeTurn, PlanError, Pose, PreparedPlan, SurgicalPlan,
 };
-use crate::mesh::{Locator, Quality, Site};
+use crate::mesh::Quality;
 use crate::units::{Vec3, counted};
 
 /// Why a plan cannot be carried out.
@@ -88,21 +87,6 @@ pub fn operate(plan: &SurgicalPlan, face: &Face) -> Result<Operation, OperationE
 
 /// `face` where `pose` brings its bones and `u` (3n, mm) its tissue.
 fn carried(face: &Face, pose: &Pose, u: &[f64]) -> Face {
-    let locator = Locator::new(&face.mesh);
-    let follow = |p: &Vec3| match locator.locate(*p) {
-        Some(found) => p + found.site.displacement(u),
-        None => *p,
-    };
-    let fibre = |f: &Fibre| Fibre { points: f.points.iter().map(follow).collect(), closed: f.closed };
-    let muscle = |m: &Muscle| Muscle { fibres: m.fibres.iter().map(fibre).collect(), ..m.clone() };
-    let landmark = |l: &Landmark| {
-        let position = l.site.position + l.site.displacement(u);
-        Landmark { name: l.name.clone(), site: Site { position, weights: l.site.weights.clone() } }
-    };
-    let mut mesh = face.mesh.clone();
-    for (node, p) in mesh.points.iter_mut().enumerate() {
-        *p += Vec3::new(u[3 * node], u[3 * node + 1], u[3 * node + 2]);
-    }
     let jaw = face.jaw.as_ref().map(|jaw| {
         let hinge = pose.motion(face, &jaw.bone);
         // The incisors are on whatever piece carries the lower teeth.
@@ -110,14 +94,7 @@ fn carried(face: &Face, pose: &Pose, u: &[f64]) -> Face {
         let incisor = pose.motion(face, carrier).apply(jaw.incisor);
         Jaw { bone: jaw.bone.clone(), condyles: jaw.condyles.map(|c| hinge.apply(c)), incisor }
     });
-    Face {
-        mesh,
-        jaw,
-        muscles: face.muscles.iter().map(muscle).collect(),
-        teeth: face.teeth_at(pose),
-        landmarks: face.landmarks.iter().map(landmark).collect(),
-        ..face.clone()
-    }
+    Face { jaw, teeth: face.teeth_at(pose), ..face.with_tissue_moved(u) }
 }
 
 fn inside_out(moved: &Face, before: &Face) -> Result<(), OperationError> {

@@ -16,7 +16,7 @@ mod resolution;
 mod section;
 mod thickness;
 
-pub use parameters::{ParameterError, Parameters};
+pub use parameters::{ParameterError, Parameters, Proportion};
 pub use resolution::Resolution;
 
 use std::collections::BTreeMap;
