@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::sheet::Sheet;
+use super::sheet::{Foot, Sheet};
 use crate::contact::Facets;
 use crate::face::Face;
 use crate::mesh::{Facet, Skin, boundary_facets};
@@ -51,14 +51,26 @@ impl FaceSkin {
     }
 }
 
+/// How much farther from a point of the scan than the skin the scan's own point nearest to that skin may be, mm: the depth
+/// of a nostril has no skin of its own.
+const MUTUAL_MM: f64 = 1.;
+
+/// The point of `sheet` that corresponds to `p` with the unit normal `normal` within `reach` (mm): the nearest that faces the
+/// same way, unless the sheet ends before it.
+pub(super) fn counterpart(sheet: &Sheet, p: Vec3, normal: Vec3, reach: f64) -> Option<Foot> {
+    let foot = sheet.nearest(p, Some(normal), reach).filter(|foot| !foot.is_rim)?;
+    let ends_before = sheet.nearest(p, None, foot.distance_mm).is_some_and(|nearest| nearest.is_rim);
+    (!ends_before).then_some(foot)
+}
+
 /// What corresponds between `skin` and `scan` within `reach` (mm): from each vertex of the skin to the scan and from
-/// each of the scan's `vertices` to the skin, where both face the same way and neither foot is on a rim.
+/// each of the scan's `vertices` to the skin.
 ///
 /// The normal of a tie is the mean of both surfaces' (Rusinkiewicz, ACM Trans. Graph. 38 (2019) 85).
 pub(super) fn correspond(skin: &SkinAt, scan: &Sheet, vertices: &[usize], reach: f64) -> Vec<Tie> {
     let from_skin = (0..skin.nodes.len()).into_par_iter().filter_map(|v| {
         let (x, normal) = (skin.sheet.surface.points[v], skin.sheet.normals[v]);
-        let foot = scan.nearest(x, Some(normal), reach).filter(|foot| !foot.is_rim)?;
+        let foot = counterpart(scan, x, normal, reach)?;
         Some(Tie {
             carriers: vec![(skin.nodes[v], 1.)],
             target: foot.point,
@@ -72,7 +84,11 @@ pub(super) fn correspond(skin: &SkinAt, scan: &Sheet, vertices: &[usize], reach:
         if scan.on_rim[v] || normal == Vec3::zeros() {
             return None;
         }
-        let foot = skin.sheet.nearest(y, Some(normal), reach).filter(|foot| !foot.is_rim)?;
+        let foot = counterpart(&skin.sheet, y, normal, reach)?;
+        let back = scan.nearest(foot.point, Some(foot.normal), reach)?;
+        if (back.point - y).norm() > foot.distance_mm + MUTUAL_MM {
+            return None;
+        }
         Some(Tie {
             carriers: foot.carriers.iter().map(|&(v, w)| (skin.nodes[v], w)).collect(),
             target: y,

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::correspondence::{FaceSkin, SkinAt, inner_nodes};
+use super::correspondence::{FaceSkin, SkinAt, counterpart, inner_nodes};
 use super::scan::Scan;
 use super::sheet::{Foot, Sheet};
 use crate::face::{Face, Muscle, Symmetry, polyline_length};
@@ -143,7 +143,7 @@ impl RegistrationQuality {
         let area: f64 = skin.sheet.areas.iter().sum();
         let on_scan = |v: usize| {
             let normal = skin.sheet.normals[v];
-            scan.sheet.nearest(surface.points[v], Some(normal), COVER_MM).filter(|foot| !foot.is_rim)
+            counterpart(&scan.sheet, surface.points[v], normal, COVER_MM)
         };
         let feet: Vec<Option<Foot>> = (0..skin.nodes.len()).into_par_iter().map(on_scan).collect();
         let mut distance_map_mm = vec![f64::NAN; n];
@@ -207,8 +207,8 @@ fn from_scan(scan: &Scan, skin: &SkinAt) -> Distances {
         if sheet.on_rim[v] || sheet.normals[v] == Vec3::zeros() {
             return None;
         }
-        let foot = skin.sheet.nearest(sheet.surface.points[v], Some(sheet.normals[v]), COVER_MM)?;
-        (!foot.is_rim).then_some((foot.distance_mm, sheet.areas[v]))
+        let foot = counterpart(&skin.sheet, sheet.surface.points[v], sheet.normals[v], COVER_MM)?;
+        Some((foot.distance_mm, sheet.areas[v]))
     };
     Distances::of(scan.drawn.par_iter().filter_map(distance).collect())
 }

@@ -19,7 +19,7 @@ use crate::units::Vec3;
 /// Rounds of correspondence, and how stiff the springs to the scan are in the first and in the last, N/mm³: at first
 /// the face moves almost as a whole, at last the tissue hardly resists.
 const ROUNDS: usize = 24;
-const STIFFNESS: [f64; 2] = [5e-4, 0.3];
+const STIFFNESS: [f64; 2] = [5e-4, 0.1];
 /// Rounds in which all is softer than the teeth, which are then placed and hold the mucosa.
 const WITHOUT_TEETH: usize = 16;
 /// Newton steps a round, and in the last.
@@ -35,7 +35,7 @@ const ACROSS: f64 = 0.05;
 /// Area of skin that a landmark stands for in the first round and in the last, mm².
 const LANDMARK_MM2: [f64; 2] = [300., 30.];
 /// How much less stiff than the skin what lies below it is held.
-const DEPTH: f64 = 0.05;
+const DEPTH: f64 = 0.03;
 /// How far bone may be from the tissue that belongs on it, mm.
 const BONE_REACH_MM: f64 = 12.;
 /// Share of the skin that a scan must cover, and below which that is told.

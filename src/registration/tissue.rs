@@ -13,6 +13,8 @@ use crate::units::Vec3;
 /// incompressible tissue could not become that of a fuller face.
 const YOUNG: f64 = 0.015;
 const POISSON: f64 = 0.3;
+/// Ratio `c_2/c_1` of the Yeoh law: what is sheared far is sheared no farther, so that cells keep their shape.
+const STIFFENING: f64 = 1.;
 /// Share of the predicted decrease that a step must bring (Armijo), and the shortest step as a share of Newton's.
 const WORTH: f64 = 1e-4;
 const SHORTEST: f64 = 1. / 256.;
@@ -54,7 +56,8 @@ impl Spring {
 
 /// The tissue without muscles, at rest where the match begins: `W(x) + springs`, minimised over all nodes.
 ///
-/// `W` is the passive potential at finite strain, infinite where a point is turned inside out, so that no cell ever is.
+/// `W` is the passive potential at finite strain of the corners of cells, infinite where one is folded flat, so that no
+/// cell ever is turned inside out.
 /// Springs that stiffen while correspondences are found anew make it the non-rigid match of Amberg, Romdhani and Vetter
 /// (CVPR 2007) with tissue in place of its smoothness term; that a mesh of elements is carried along is the mesh-matching of
 /// Couteau, Payan and Lavallee (J. Biomech. 33 (2000) 1005).
@@ -72,11 +75,11 @@ impl Tissue {
     pub(super) fn new(mesh: &Mesh, joined: &[Vec<usize>]) -> Result<Self, ForwardError> {
         let material = PointMaterial {
             shear: YOUNG / (2. * (1. + POISSON)),
-            strain_stiffening: 0.,
+            strain_stiffening: STIFFENING,
             bulk: YOUNG / (3. * (1. - 2. * POISSON)),
             fibre: None,
         };
-        let body = FiniteBody::new(mesh, 0, |_| material)?;
+        let body = FiniteBody::of_corners(mesh, material);
         let patches = body.patches().iter().map(|patch| patch.nodes());
         let pattern = Pattern::new(mesh.n_nodes(), patches.chain(joined.iter().map(Vec::as_slice)));
         let symbolic = Arc::new(SymbolicFactor::new(&pattern, &vec![false; 3 * mesh.n_nodes()])?);
