@@ -386,6 +386,9 @@ pub(crate) struct SurgeryOptions {
     pub(crate) plan: PathBuf,
     #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
+    /// How strain is measured: linear is right for small movements, finite for any, and nothing crosses on the way.
+    #[arg(long, value_name = "linear|finite", default_value = "linear", value_parser = parse_strain)]
+    pub(crate) strain: Strain,
     /// Folder for the new face (face.toml and its files), and for solution.json and face.vtu: how the old one
     /// moves.
     #[arg(long, value_name = "DIR")]
@@ -417,6 +420,21 @@ pub(crate) enum FaceVerb {
     Check {
         #[arg(help = FACE, value_parser = parse_face)]
         face: FaceChoice,
+    },
+    /// Write faces of many people: the standard face with proportions drawn from their published spread.
+    Sample {
+        /// How many.
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
+        count: u16,
+        /// Which people: the same number gives the same.
+        #[arg(long, value_name = "S", default_value_t = 0)]
+        seed: u64,
+        /// Folder for one folder a face, and for faces.csv, their proportions.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        /// How finely they are meshed.
+        #[arg(long, value_name = "coarse|standard|fine", default_value = "standard", value_parser = parse_resolution)]
+        resolution: Resolution,
     },
     /// Write a built-in face as a face.toml with its files.
     Export {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use modiolus::contact::TeethError;
+use modiolus::face::standard::ParameterError;
 use modiolus::face::{FaceError, PlanError};
 use modiolus::forward::finite::FiniteError;
 use modiolus::forward::{ForwardError, OperationError};
@@ -43,6 +44,8 @@ pub(crate) enum CliError {
     Suite(#[from] SuiteError),
     #[error(transparent)]
     FaceFile(#[from] FaceFileError),
+    #[error(transparent)]
+    Proportions(#[from] ParameterError),
     #[error(transparent)]
     FaceExport(#[from] FaceExportError),
     #[error("{face}: {}", list(.errors))]

@@ -104,6 +104,9 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
         Verb::Register(options) => register::run(&options),
         Verb::Surgery(options) => surgery::run(&options),
         Verb::Face { verb: FaceVerb::Check { face } } => face_verbs::check(&face),
+        Verb::Face { verb: FaceVerb::Sample { count, seed, out, resolution } } => {
+            face_verbs::sample(count, seed, resolution, &out)
+        }
         Verb::Face { verb: FaceVerb::Export { resolution, out, .. } } => face_verbs::export(resolution, &out),
     }
 }

@@ -1,8 +1,9 @@
 //! `modiolus surgery`.
 
-use modiolus::forward::{OperationError, operate};
+use modiolus::face::{ContactLoad, Face, SurgicalPlan};
+use modiolus::forward::{OperationError, operate, operate_at_finite_strain};
 use modiolus::io::{FileSet, put_face, read_plan};
-use modiolus::study::{Mechanics, MovedContact};
+use modiolus::study::{Mechanics, MovedContact, Strain};
 
 use super::Outcome;
 use super::arguments::SurgeryOptions;
@@ -22,36 +23,63 @@ pub(crate) fn run(options: &SurgeryOptions) -> Result<Outcome, CliError> {
     put_face(&mut set, &loaded.face)?;
     keep_inputs(&loaded.inputs, set.names().chain(ANSWER).map(|name| options.out.join(name)))?;
     let face = &loaded.face;
-    let done = progress.step("operate", || operate(&document.plan, face)).map_err(|error| match error {
+    let operated = progress.step("operate", || match options.strain {
+        Strain::Linear => linear(&document.plan, face),
+        Strain::Finite => finite(&document.plan, face),
+    });
+    let Operated { face: healed, state, contact_load } = operated.map_err(|error| match error {
         OperationError::Plan(error) => {
             CliError::Plan { at: document.lines.location(error.field()), error: Box::new(error) }
         }
         other => CliError::Operation { plan: options.plan.clone(), error: Box::new(other) },
     })?;
+    let mechanics = Mechanics { strain: options.strain, contact: true, ..Mechanics::default() };
+    let json = forward_json(&loaded, &state, (mechanics, 1.), progress);
+    put_face(&mut set, &healed)?;
+    let heading = format!("{} on {}: how the tissue follows the bones", document.plan.name, loaded.called);
+    let State { activation, displacement, .. } = state;
+    let answer = Answer { heading, json, displacement: Some(displacement), activation, contact_load };
+    let text = export(answer, face, set, options.json)?;
+    say(&format!("wrote the new face to {}", options.out.join("face.toml").display()));
+    Ok(Outcome { text, solved: true })
+}
+
+/// A plan carried out by either strain model.
+struct Operated {
+    face: Face,
+    state: State,
+    contact_load: Option<ContactLoad>,
+}
+
+fn linear(plan: &SurgicalPlan, face: &Face) -> Result<Operated, OperationError> {
+    let done = operate(plan, face)?;
     let movement = &done.movement;
     let mut warnings: Vec<String> = done.large_turns.iter().map(ToString::to_string).collect();
     warnings.extend((!movement.settled).then(|| unsettled(movement.penetration_mm)));
     let contact = MovedContact::of_linear(face, movement);
-    let state = State {
-        activation: vec![0.0; face.muscles.len()],
+    let state = at_rest(face, movement.equilibrium.displacement.clone(), Some(&contact), warnings);
+    Ok(Operated { face: done.face, state, contact_load: Some(contact.load) })
+}
+
+fn finite(plan: &SurgicalPlan, face: &Face) -> Result<Operated, OperationError> {
+    let done = operate_at_finite_strain(plan, face)?;
+    let contact = MovedContact::of_finite(face, &done.movement);
+    let state = at_rest(face, done.movement.displacement().to_vec(), contact.as_ref(), Vec::new());
+    Ok(Operated { face: done.face, state, contact_load: contact.map(|contact| contact.load) })
+}
+
+/// The tissue of `face` moved by `displacement` (3n, mm), its muscles at rest.
+fn at_rest(
+    face: &Face,
+    displacement: Vec<f64>,
+    contact: Option<&MovedContact>,
+    warnings: Vec<String>,
+) -> State {
+    State {
+        activation: vec![0.; face.muscles.len()],
         jaw_opening_mm: None,
-        displacement: movement.equilibrium.displacement.clone(),
-        contact: Some(contact_report(&contact)),
+        displacement,
+        contact: contact.map(contact_report),
         warnings,
-    };
-    let mechanics = Mechanics { contact: true, ..Mechanics::default() };
-    let json = forward_json(&loaded, &state, (mechanics, 1.), progress);
-    put_face(&mut set, &done.face)?;
-    let heading = format!("{} on {}: how the tissue follows the bones", document.plan.name, loaded.called);
-    let State { activation, displacement, .. } = state;
-    let answer = Answer {
-        heading,
-        json,
-        displacement: Some(displacement),
-        activation,
-        contact_load: Some(contact.load),
-    };
-    let text = export(answer, face, set, options.json)?;
-    say(&format!("wrote the new face to {}", options.out.join("face.toml").display()));
-    Ok(Outcome { text, solved: true })
+    }
 }

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::finite::{FaceContact, FiniteError, FiniteModel, FiniteState};
 use super::{ContactError, ForwardError, Model, SettledContact};
 use crate::face::{
     ContactReach, ContactSearch, Face, FaceError, Jaw, LargeTurn, PlanError, Pose, PreparedPlan, SurgicalPlan,
@@ -19,6 +20,9 @@ pub enum OperationError {
     /// The tissue cannot be solved.
     #[error(transparent)]
     Forward(#[from] ForwardError),
+    /// The tissue cannot be modelled at finite strain, or comes to no rest.
+    #[error(transparent)]
+    Finite(#[from] FiniteError),
     /// No contact forces hold it.
     #[error(transparent)]
     Contact(#[from] ContactError),
@@ -40,15 +44,15 @@ pub enum OperationError {
     Face(FaceError),
 }
 
-/// A plan carried out on a face.
+/// A plan carried out on a face, by either strain model: `M` is how the tissue followed, its muscles at rest.
 #[derive(Clone, Debug)]
-pub struct Operation {
+pub struct Operation<M = SettledContact> {
     /// The face afterwards: at rest where its bones were brought, without stress.
     pub face: Face,
     /// Where the plan brought the bones.
     pub pose: Pose,
-    /// How the tissue followed, its muscles at rest: displacement (3n, mm) and contact.
-    pub movement: SettledContact,
+    /// How the tissue followed: displacement (3n, mm) and contact.
+    pub movement: M,
     /// Bones that were turned too far for the linear model.
     pub large_turns: Vec<LargeTurn>,
 }
@@ -63,26 +67,68 @@ pub struct Operation {
 /// [`OperationError`] for a plan that does not fit the face, tissue that cannot be solved, cells that turn inside
 /// out and a new face that cannot be used.
 pub fn operate(plan: &SurgicalPlan, face: &Face) -> Result<Operation, OperationError> {
-    let PreparedPlan { face: mut cut, pose, stripped } = plan.prepare(face)?;
-    let mut loose = cut.clone();
-    for support in &mut loose.supports {
-        support.nodes.retain(|node| !stripped.contains(node));
-    }
-    let reach = ContactReach::default();
-    let search = ContactSearch::new(&loose, reach);
+    let Prepared { cut, loose, pose } = Prepared::new(plan, face)?;
+    let search = ContactSearch::new(&loose, ContactReach::default());
     let model = Model::new(&loose, search.rest().to_vec())?;
     let rest = vec![0.; cut.muscles.len()];
     let movement = model.at_pose(&rest, &pose)?.settle(&loose, &search, &rest, None)?;
-    if !pose.is_rest() {
-        cut = carried(&cut, &pose, &movement.equilibrium.displacement);
-        cut.name = format!("{}_{}", face.name, plan.name);
-        inside_out(&cut, face)?;
-        if let Some(error) = cut.check().0.into_iter().next() {
-            return Err(OperationError::Face(error));
+    let healed = healed(cut, &pose, &movement.equilibrium.displacement, (face, plan))?;
+    Ok(Operation { face: healed, large_turns: pose.large_turns(), pose, movement })
+}
+
+/// [`operate`] at finite strain: the tissue rests at a minimum of its potential with the bones moved, its muscles at rest, and
+/// nothing crosses teeth or lips on the way. Turns may be as large as they are.
+///
+/// # Errors
+/// As [`operate`], and [`OperationError::Finite`] where the tissue comes to no rest.
+pub fn operate_at_finite_strain(
+    plan: &SurgicalPlan,
+    face: &Face,
+) -> Result<Operation<FiniteState>, OperationError> {
+    let Prepared { cut, loose, pose } = Prepared::new(plan, face)?;
+    let model = FiniteModel::new(&loose, Some(FaceContact::new(&loose)?))?;
+    let movement = model.settle(&vec![0.; cut.muscles.len()], &pose)?;
+    let healed = healed(cut, &pose, movement.displacement(), (face, plan))?;
+    Ok(Operation { face: healed, large_turns: Vec::new(), pose, movement })
+}
+
+/// A face ready for its bones to move.
+struct Prepared {
+    /// With its bones cut,
+    cut: Face,
+    /// and with the tissue stripped off them about the cuts.
+    loose: Face,
+    pose: Pose,
+}
+
+impl Prepared {
+    fn new(plan: &SurgicalPlan, face: &Face) -> Result<Self, PlanError> {
+        let PreparedPlan { face: cut, pose, stripped } = plan.prepare(face)?;
+        let mut loose = cut.clone();
+        for support in &mut loose.supports {
+            support.nodes.retain(|node| !stripped.contains(node));
         }
+        Ok(Self { cut, loose, pose })
     }
-    let large_turns = pose.large_turns();
-    Ok(Operation { face: cut, pose, movement, large_turns })
+}
+
+/// The face that heals where `pose` brings the bones of `cut` and `u` (3n, mm) its tissue.
+fn healed(
+    cut: Face,
+    pose: &Pose,
+    u: &[f64],
+    (before, plan): (&Face, &SurgicalPlan),
+) -> Result<Face, OperationError> {
+    if pose.is_rest() {
+        return Ok(cut);
+    }
+    let name = format!("{}_{}", before.name, plan.name);
+    let healed = Face { name, ..carried(&cut, pose, u) };
+    inside_out(&healed, before)?;
+    match healed.check().0.into_iter().next() {
+        Some(error) => Err(OperationError::Face(error)),
+        None => Ok(healed),
+    }
 }
 
 /// `face` where `pose` brings its bones and `u` (3n, mm) its tissue.

@@ -1,10 +1,12 @@
 //! Teeth and jaw of the patient: given ones, or the standard's brought along with the tissue about them.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 use super::similarity::Similarity;
 use super::tissue::Spring;
-use crate::contact::{Projection, Solid};
+use crate::contact::{Facets, Projection, Solid};
 use crate::face::{Face, Jaw, Teeth};
 use crate::units::Vec3;
 
@@ -13,10 +15,13 @@ const BEHIND_MM: [f64; 2] = [-4., 8.];
 /// The widest clearance that is kept, mm.
 const WIDEST_MM: f64 = 3.;
 
-/// Where the mucosa is with respect to the teeth.
+/// A point of the inner surface: its nodes and their weights.
+type Carriers = Vec<(usize, f64)>;
+
+/// How far what faces the teeth is from them.
 pub(super) struct Clearance {
-    /// Nodes of the mucosa near teeth, the solid that each faces, and its gap to it at the start, mm.
-    nodes: Vec<(usize, f64)>,
+    /// Nodes of mucosa and lips, middles of their edges and facets, with the gap of each at the start, mm.
+    points: Vec<(Carriers, f64)>,
 }
 
 /// The teeth as solids.
@@ -35,32 +40,59 @@ impl Solids {
 }
 
 impl Clearance {
-    /// That of the mucosa of `face`, whose nodes are at `x` (n, mm), to `solids`.
+    /// That of `face`, whose nodes are at `x` (n, mm), to `solids`.
     pub(super) fn new(face: &Face, x: &[Vec3], solids: &Solids) -> Self {
-        let gap = |&node: &usize| {
-            let gap = solids.project(x[node])?.distance_mm;
-            (gap <= BEHIND_MM[1]).then_some((node, gap.min(WIDEST_MM)))
+        let lips = face.upper_lip.iter().chain(&face.lower_lip);
+        let mut nodes: Vec<usize> = face.mucosa.iter().chain(lips).copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.retain(|n| face.skin.binary_search(n).is_err());
+        let mut all: BTreeSet<Vec<usize>> = nodes.iter().map(|&n| vec![n]).collect();
+        for facet in Facets::of(&face.mesh).within(&nodes).corners() {
+            for (k, &a) in facet.iter().enumerate() {
+                let b = facet[(k + 1) % facet.len()];
+                all.insert(vec![a.min(b), a.max(b)]);
+            }
+            all.insert(facet.clone());
+        }
+        let all: Vec<Vec<usize>> = all.into_iter().collect();
+        let gap = |nodes: &Vec<usize>| {
+            let carriers: Carriers = nodes.iter().map(|&n| (n, 1. / nodes.len() as f64)).collect();
+            let gap = solids.project(place(&carriers, x))?.distance_mm;
+            (gap <= BEHIND_MM[1]).then_some((carriers, gap.clamp(0., WIDEST_MM)))
         };
-        Self { nodes: face.mucosa.par_iter().filter_map(gap).collect() }
+        Self { points: all.par_iter().filter_map(gap).collect() }
     }
 
-    /// Springs of `stiffness` (N/mm a node) that give the nodes at `x` (n, mm) their gaps to `solids` again, or where `only_out`
+    /// Springs of `stiffness` (N/mm each) that give the points at `x` (n, mm) their gaps to `solids` again, or where `only_out`
     /// just keep them from lesser ones.
     pub(super) fn springs(&self, x: &[Vec3], solids: &Solids, stiffness: f64, only_out: bool) -> Vec<Spring> {
-        let spring = |&(node, gap): &(usize, f64)| {
-            let at = solids.project(x[node])?;
+        let spring = |(carriers, gap): &(Carriers, f64)| {
+            let at = solids.project(place(carriers, x))?;
             let is_behind = (BEHIND_MM[0]..=BEHIND_MM[1]).contains(&at.distance_mm);
-            let is_asked = is_behind && (!only_out || at.distance_mm < gap);
+            let is_asked = is_behind && (!only_out || at.distance_mm < *gap);
             is_asked.then(|| Spring {
-                carriers: vec![(node, 1.)],
-                target: at.point + gap * at.normal,
+                carriers: carriers.clone(),
+                target: at.point + *gap * at.normal,
                 normal: at.normal,
                 along: stiffness,
                 across: 0.,
             })
         };
-        self.nodes.par_iter().filter_map(spring).collect()
+        self.points.par_iter().filter_map(spring).collect()
     }
+
+    /// How many points at `x` (n, mm) are nearer to `solids` than half of what they should be.
+    pub(super) fn lacking(&self, x: &[Vec3], solids: &Solids) -> usize {
+        let is_near = |(carriers, gap): &&(Carriers, f64)| {
+            solids.project(place(carriers, x)).is_some_and(|at| at.distance_mm < 0.5 * gap)
+        };
+        self.points.par_iter().filter(is_near).count()
+    }
+}
+
+fn place(carriers: &Carriers, x: &[Vec3]) -> Vec3 {
+    carriers.iter().map(|&(n, w)| w * x[n]).sum()
 }
 
 /// How the tissue of one jaw has moved from `from` to `to` (n, mm): the similarity of its nodes on bone and mucosa.

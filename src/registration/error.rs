@@ -234,12 +234,10 @@ pub enum RegistrationWarning {
         /// What is asked for.
         least: f64,
     },
-    /// Mucosa inside the teeth.
-    #[error("{} of the mucosa lie inside the teeth, by {deepest_mm:.1} mm at most; contact takes that for a gap of zero", counted(*nodes, "node"))]
-    InTeeth {
-        /// How many.
-        nodes: usize,
-        /// How deep, mm.
-        deepest_mm: f64,
+    /// Lips or teeth that cross at rest.
+    #[error("surfaces cross at rest, so that finite strain has no contact there: {what}")]
+    Crossing {
+        /// Where.
+        what: String,
     },
 }

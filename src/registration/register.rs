@@ -13,6 +13,7 @@ use super::{GivenLandmark, RegistrationError, RegistrationWarning, Similarity};
 use crate::contact::Facets;
 use crate::face::standard::{Parameters, Resolution, standard};
 use crate::face::{Face, Teeth};
+use crate::forward::finite::FaceContact;
 use crate::mesh::Surface;
 use crate::units::Vec3;
 
@@ -36,6 +37,11 @@ const ACROSS: f64 = 0.05;
 const LANDMARK_MM2: [f64; 2] = [300., 30.];
 /// How much less stiff than the skin what lies below it is held.
 const DEPTH: f64 = 0.03;
+/// Area of the mucosa about each point that is held off teeth, mm²; how often, and how much firmer each time, what lies in
+/// teeth after the last round is pushed out.
+const AROUND_MM2: f64 = 3.;
+const PUSHES: i32 = 10;
+const PUSH: f64 = 2.;
 /// How far bone may be from the tissue that belongs on it, mm.
 const BONE_REACH_MM: f64 = 12.;
 /// Share of the skin that a scan must cover, and below which that is told.
@@ -252,12 +258,24 @@ impl Matching<'_> {
                 solids = Solids::of(&teeth);
             }
             if round >= WITHOUT_TEETH {
-                let node_area = 10.;
                 let only_out = self.given.is_empty();
-                springs.extend(clearance.springs(&x, &solids, stiffness * node_area, only_out));
+                springs.extend(clearance.springs(&x, &solids, stiffness * AROUND_MM2, only_out));
             }
-            let steps = if round + 1 == ROUNDS { LAST_STEPS } else { STEPS };
-            tissue.relax(&mut x, &springs, steps)?;
+            let is_last = round + 1 == ROUNDS;
+            tissue.relax(&mut x, &springs, if is_last { LAST_STEPS } else { STEPS })?;
+            if is_last {
+                // What the skin pulled into the teeth comes out again, ever more firmly.
+                for push in 1..=PUSHES {
+                    if clearance.lacking(&x, &solids) == 0 {
+                        break;
+                    }
+                    tell("keeping the mucosa off the teeth");
+                    let firm = stiffness * AROUND_MM2 * PUSH.powi(push);
+                    let mut all = springs.clone();
+                    all.extend(clearance.springs(&x, &solids, firm, true));
+                    tissue.relax(&mut x, &all, STEPS)?;
+                }
+            }
         }
         Ok((x, teeth))
     }
@@ -408,12 +426,8 @@ fn tell_quality(
         let scaled_jacobian = quality.scaled_jacobian;
         warnings.push(RegistrationWarning::PoorCell { scaled_jacobian, least: LEAST_JACOBIAN });
     }
-    let solids = Solids::of(&face.teeth);
-    let depths = face.mucosa.iter().filter_map(|&n| Some(-solids.project(face.mesh.points[n])?.distance_mm));
-    let inside: Vec<f64> = depths.filter(|depth| *depth > 0.01).collect();
-    if !inside.is_empty() {
-        let deepest_mm = inside.iter().fold(0., |most: f64, d| most.max(*d));
-        warnings.push(RegistrationWarning::InTeeth { nodes: inside.len(), deepest_mm });
+    if let Err(crossing) = FaceContact::new(face) {
+        warnings.push(RegistrationWarning::Crossing { what: crossing.to_string() });
     }
     Ok(())
 }
