@@ -20,7 +20,7 @@ type Carriers = Vec<(usize, f64)>;
 
 /// How far what faces the teeth is from them.
 pub(super) struct Clearance {
-    /// Nodes of mucosa and lips, middles of their edges and facets, with the gap of each at the start, mm.
+    /// Free nodes inside, middles of their edges and facets, with the gap of each at the start, mm.
     points: Vec<(Carriers, f64)>,
 }
 
@@ -42,13 +42,13 @@ impl Solids {
 impl Clearance {
     /// That of `face`, whose nodes are at `x` (n, mm), to `solids`.
     pub(super) fn new(face: &Face, x: &[Vec3], solids: &Solids) -> Self {
-        let lips = face.upper_lip.iter().chain(&face.lower_lip);
-        let mut nodes: Vec<usize> = face.mucosa.iter().chain(lips).copied().collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        nodes.retain(|n| face.skin.binary_search(n).is_err());
-        let mut all: BTreeSet<Vec<usize>> = nodes.iter().map(|&n| vec![n]).collect();
-        for facet in Facets::of(&face.mesh).within(&nodes).corners() {
+        // All of the surface that can move but skin, as contact meets it: also what runs on from mucosa between the jaws.
+        let held: BTreeSet<usize> = face.supports.iter().flat_map(|s| s.nodes.iter().copied()).collect();
+        let facets = Facets::of(&face.mesh);
+        let is_free = |n: &usize| !held.contains(n) && face.skin.binary_search(n).is_err();
+        let outside: BTreeSet<usize> = facets.corners().iter().flatten().copied().filter(is_free).collect();
+        let mut all: BTreeSet<Vec<usize>> = outside.iter().map(|&n| vec![n]).collect();
+        for facet in facets.within(&Vec::from_iter(outside)).corners() {
             for (k, &a) in facet.iter().enumerate() {
                 let b = facet[(k + 1) % facet.len()];
                 all.insert(vec![a.min(b), a.max(b)]);

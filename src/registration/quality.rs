@@ -11,6 +11,8 @@ use crate::units::Vec3;
 
 /// How far the skin may be from the scan to be covered by it, mm.
 const COVER_MM: f64 = 20.;
+/// How far a point of the scan may be from the skin to be one of it, mm: beyond lie nostrils, mouth, ears and neck.
+const SEEN_MM: f64 = 8.;
 
 /// Distances between two surfaces, by area.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -207,7 +209,7 @@ fn from_scan(scan: &Scan, skin: &SkinAt) -> Distances {
         if sheet.on_rim[v] || sheet.normals[v] == Vec3::zeros() {
             return None;
         }
-        let foot = counterpart(&skin.sheet, sheet.surface.points[v], sheet.normals[v], COVER_MM)?;
+        let foot = counterpart(&skin.sheet, sheet.surface.points[v], sheet.normals[v], SEEN_MM)?;
         Some((foot.distance_mm, sheet.areas[v]))
     };
     Distances::of(scan.drawn.par_iter().filter_map(distance).collect())
