@@ -59,7 +59,7 @@ impl Clearance {
         let gap = |nodes: &Vec<usize>| {
             let carriers: Carriers = nodes.iter().map(|&n| (n, 1. / nodes.len() as f64)).collect();
             let gap = solids.project(place(&carriers, x))?.distance_mm;
-            (gap <= BEHIND_MM[1]).then_some((carriers, gap.clamp(0., WIDEST_MM)))
+            (gap <= BEHIND_MM[1]).then_some((carriers, gap.min(WIDEST_MM)))
         };
         Self { points: all.par_iter().filter_map(gap).collect() }
     }
@@ -68,12 +68,14 @@ impl Clearance {
     /// just keep them from lesser ones.
     pub(super) fn springs(&self, x: &[Vec3], solids: &Solids, stiffness: f64, only_out: bool) -> Vec<Spring> {
         let spring = |(carriers, gap): &(Carriers, f64)| {
-            let at = solids.project(place(carriers, x))?;
+            let p = place(carriers, x);
+            let at = solids.project(p)?;
             let is_behind = (BEHIND_MM[0]..=BEHIND_MM[1]).contains(&at.distance_mm);
             let is_asked = is_behind && (!only_out || at.distance_mm < *gap);
             is_asked.then(|| Spring {
                 carriers: carriers.clone(),
-                target: at.point + *gap * at.normal,
+                // Not from the foot: in the middle of a groove there are two.
+                target: p + (*gap - at.distance_mm) * at.normal,
                 normal: at.normal,
                 along: stiffness,
                 across: 0.,

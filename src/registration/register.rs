@@ -150,7 +150,7 @@ pub fn register(
     let mut held = Vec::new();
     for &(k, y) in &sound {
         let distance_mm = scan.sheet.nearest(y, None, f64::INFINITY).map_or(f64::NAN, |f| f.distance_mm);
-        if distance_mm <= OFF_MM / 4. {
+        if distance_mm <= OFF_MM {
             held.push((k, y));
         } else {
             let name = standing.landmarks[k].name.clone();

@@ -15,7 +15,7 @@ const SPACING_MM: f64 = 0.8;
 /// Most vertices that are drawn from the scan to the skin.
 const MOST_DRAWN: usize = 15_000;
 /// Distance beyond which a landmark is no point of the scan, mm.
-pub(super) const OFF_MM: f64 = 12.;
+pub(super) const OFF_MM: f64 = 3.;
 
 /// The scan in the axes of the face.
 pub(super) struct Scan {
