@@ -5,8 +5,8 @@
 use std::path::PathBuf;
 
 use modiolus::io::{
-    comparison_schema, face_schema, marker_map_schema, plan_schema, solution_schema, suite_schema,
-    symmetry_schema, target_schema, track_schema,
+    comparison_schema, face_schema, marker_map_schema, plan_schema, registration_schema, solution_schema,
+    suite_schema, symmetry_schema, target_schema, track_schema,
 };
 
 fn holds(file: &str, derived: &str) {
@@ -61,4 +61,9 @@ fn the_track_schema_is_published() {
 #[test]
 fn the_marker_map_schema_is_published() {
     holds("map.schema.json", &marker_map_schema());
+}
+
+#[test]
+fn the_registration_schema_is_published() {
+    holds("registration.schema.json", &registration_schema());
 }

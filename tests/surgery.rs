@@ -341,3 +341,51 @@ fn faults_of_a_plan_file_are_told_with_their_line() {
         assert!(parts.iter().all(|part| text.contains(part)), "{from}: {text}");
     }
 }
+
+#[test]
+fn a_jaw_turns_about_its_incisal_point_as_a_cephalometric_table_says() {
+    let face = standard(&Resolution::COARSE);
+    let text = |motion: &str| {
+        format!(
+            "name = \"ceph\"\nunit = \"mm\"\n[[cut]]\nbone = \"skull\"\npiece = \"le_fort\"\nplane = {{ point_mm = [0.0, 30.0, 0.0], \
+             normal = [0.0, -1.0, 0.0] }}\nteeth = [\"upper\"]\n[[move]]\nbone = \"le_fort\"\n{motion}\n"
+        )
+    };
+    let motion = |given: &str| {
+        let plan = parse_plan(&text(given), Path::new("p.toml")).unwrap().plan;
+        let prepared = plan.prepare(&face).unwrap();
+        prepared.pose.motion(&prepared.face, "le_fort")
+    };
+    // The edge of the standard's upper incisors: 3.2 mm below the line of the lips, but for notch and groove.
+    let incisor = Vec3::new(0., -3.2, -5.);
+    let all = motion(
+        "incisor = { anterior_mm = 4.0, superior_mm = 2.0, left_mm = 1.0, pitch_deg = 5.0, yaw_deg = -2.0 }",
+    );
+    assert!(
+        (all.displacement(incisor) - Vec3::new(1., 2., 4.)).norm() < 0.4,
+        "{:?}",
+        all.displacement(incisor)
+    );
+    let same = [
+        (
+            "axis = \"pitch\"\nrotation_deg = 5.0\ntranslation_mm = [0.0, 2.0, 4.0]",
+            "incisor = { anterior_mm = 4.0, superior_mm = 2.0, pitch_deg = 5.0 }",
+        ),
+        ("axis = \"yaw\"\nrotation_deg = -3.0", "incisor = { yaw_deg = -3.0 }"),
+        ("axis = \"roll\"\nrotation_deg = 4.0", "incisor = { roll_deg = 4.0 }"),
+    ];
+    for (named, table) in same {
+        let far = Vec3::new(20., 10., -40.);
+        assert!((motion(named).apply(far) - motion(table).apply(far)).norm() < 1e-9, "{named}");
+    }
+    // Signs: pitch lowers the front, roll raises the left, yaw turns the front to the left.
+    let turned = |given: &str, p: Vec3| motion(given).displacement(incisor + p);
+    assert!(turned("incisor = { pitch_deg = 5.0 }", Vec3::z()).y < 0.);
+    assert!(turned("incisor = { roll_deg = 5.0 }", Vec3::new(30., 0., 0.)).y > 2.);
+    assert!(turned("incisor = { yaw_deg = 5.0 }", Vec3::new(0., 0., -30.)).x < -2.);
+    let twice = parse_plan(
+        &text("rotation_deg = 1.0\naxis = \"roll\"\nincisor = { yaw_deg = 1.0 }"),
+        Path::new("p.toml"),
+    );
+    assert!(twice.unwrap_err().to_string().contains("leave out"));
+}

@@ -55,6 +55,8 @@ pub(crate) enum Verb {
     Report(ReportOptions),
     /// Plot the figures of a result.
     Plot(PlotOptions),
+    /// Match the standard face to the scan of a patient: the face on which every verb then runs.
+    Register(RegisterOptions),
     /// Cut and move bones: the face that heals there, on which fit and forward then run.
     Surgery(SurgeryOptions),
     /// Check a face, or write the built-in one as files.
@@ -566,11 +568,53 @@ pub(crate) struct FiguresOptions {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct RegisterOptions {
+    #[arg(
+        value_name = "SCAN",
+        help = "The skin of the neutral face, lips closed: OBJ, PLY or STL, +x the subject's left, +y up, +z anterior as far \
+                as landmarks do not tell otherwise"
+    )]
+    pub(crate) scan: PathBuf,
+    /// Landmarks on it, eight at least: columns landmark, x_mm, y_mm, z_mm, or x, y, z in --unit.
+    #[arg(long, value_name = "L.csv")]
+    pub(crate) landmarks: PathBuf,
+    /// The unit of the scan and of all other surfaces.
+    #[arg(long, value_name = "mm|cm|m", default_value = "mm", value_parser = parse_unit)]
+    pub(crate) unit: LengthUnit,
+    /// Upper teeth; without them the standard's are placed behind the lips.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) teeth_upper: Option<PathBuf>,
+    /// Lower teeth.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) teeth_lower: Option<PathBuf>,
+    /// The skull, from a segmentation; without it the standard's depths of tissue are kept.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) skull: Option<PathBuf>,
+    /// The mandible.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) mandible: Option<PathBuf>,
+    #[arg(help = "The face that is matched: standard, standard_coarse, standard_fine, or a face.toml", long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    /// What the face is called [default: as the scan].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) name: Option<String>,
+    /// Folder for the face (face.toml and its files), registration.json and registration.vtu, the maps.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Print registration.json instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct SurgeryOptions {
     #[arg(value_name = "PLAN.toml", help = "The plan, such as examples/setback/plan.toml")]
     pub(crate) plan: PathBuf,
     #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
     pub(crate) face: FaceChoice,
+    /// How strain is measured: linear is right for small movements, finite for any, and nothing crosses on the way.
+    #[arg(long, value_name = "linear|finite", default_value = "linear", value_parser = parse_strain)]
+    pub(crate) strain: Strain,
     /// Folder for the new face (face.toml and its files), and for solution.json and face.vtu: how the old one
     /// moves.
     #[arg(long, value_name = "DIR")]
@@ -602,6 +646,21 @@ pub(crate) enum FaceVerb {
     Check {
         #[arg(help = FACE, value_parser = parse_face)]
         face: FaceChoice,
+    },
+    /// Write faces of many people: the standard face with proportions drawn from their published spread.
+    Sample {
+        /// How many.
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
+        count: u16,
+        /// Which people: the same number gives the same.
+        #[arg(long, value_name = "S", default_value_t = 0)]
+        seed: u64,
+        /// Folder for one folder a face, and for faces.csv, their proportions.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        /// How finely they are meshed.
+        #[arg(long, value_name = "coarse|standard|fine", default_value = "standard", value_parser = parse_resolution)]
+        resolution: Resolution,
     },
     /// Write a built-in face as a face.toml with its files.
     Export {

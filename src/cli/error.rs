@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use modiolus::contact::TeethError;
+use modiolus::face::standard::ParameterError;
 use modiolus::face::{FaceError, PlanError};
 use modiolus::forward::finite::FiniteError;
 use modiolus::forward::{ForwardError, OperationError};
@@ -12,6 +14,7 @@ use modiolus::io::{
     TargetFileError, WriteError,
 };
 use modiolus::recording::SubjectError;
+use modiolus::registration::RegistrationError;
 use modiolus::render::RenderError;
 use modiolus::report::ReportError;
 use modiolus::study::{StudyError, TrackError};
@@ -34,12 +37,18 @@ pub(crate) enum CliError {
     PlanFile(#[from] PlanFileError),
     #[error("{at}: {error}", at = place(at))]
     Plan { at: Location, error: Box<PlanError> },
+    #[error("{}: {error}", scan.display())]
+    Registration { scan: PathBuf, error: Box<RegistrationError> },
+    #[error("{}: {error}", path.display())]
+    Teeth { path: PathBuf, error: Box<TeethError> },
     #[error("{}: {error}", plan.display())]
     Operation { plan: PathBuf, error: Box<OperationError> },
     #[error(transparent)]
     Suite(#[from] SuiteError),
     #[error(transparent)]
     FaceFile(#[from] FaceFileError),
+    #[error(transparent)]
+    Proportions(#[from] ParameterError),
     #[error(transparent)]
     FaceExport(#[from] FaceExportError),
     #[error("{face}: {}", list(.errors))]

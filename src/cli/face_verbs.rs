@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use modiolus::face::{standard, standard::Resolution};
-use modiolus::io::write_face;
+use modiolus::face::Face;
+use modiolus::face::standard::{Parameters, Resolution, parametric, sample as draw, standard};
+use modiolus::io::{write_atomically, write_face};
 
 use super::Outcome;
 use super::arguments::FaceChoice;
@@ -42,5 +43,23 @@ pub(crate) fn export(resolution: Resolution, out: &Path) -> Result<Outcome, CliE
     face.name += "_exported";
     let files = write_face(out, &face)?;
     let text = files.iter().map(|file| format!("{}\n", file.display())).collect();
+    Ok(Outcome { text, solved: true })
+}
+
+pub(crate) fn sample(count: u16, seed: u64, resolution: Resolution, out: &Path) -> Result<Outcome, CliError> {
+    let mut table = "face".to_owned();
+    Parameters::PROPORTIONS.iter().for_each(|proportion| table += &format!(",{}", proportion.name));
+    table += "\n";
+    let mut text = String::new();
+    for (k, parameters) in draw(count.into(), seed).iter().enumerate() {
+        let name = format!("sample_{seed}_{:04}", k + 1);
+        let face = Face { name: name.clone(), ..parametric(parameters, &resolution)? };
+        write_face(&out.join(&name), &face)?;
+        table += &name;
+        Parameters::PROPORTIONS.iter().for_each(|p| table += &format!(",{:?}", p.of(parameters)));
+        table += "\n";
+        text += &format!("{}\n", out.join(&name).join("face.toml").display());
+    }
+    write_atomically(&out.join("faces.csv"), table.as_bytes())?;
     Ok(Outcome { text, solved: true })
 }

@@ -17,6 +17,7 @@ mod plot;
 mod program;
 mod progress;
 mod recording;
+mod register;
 mod render;
 mod report;
 mod scene;
@@ -112,8 +113,12 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
         Verb::Figures(options) => figures::run(&options),
         Verb::Plot(options) => plot::run(&options),
         Verb::Report(options) => report::run(&options),
+        Verb::Register(options) => register::run(&options),
         Verb::Surgery(options) => surgery::run(&options),
         Verb::Face { verb: FaceVerb::Check { face } } => face_verbs::check(&face),
+        Verb::Face { verb: FaceVerb::Sample { count, seed, out, resolution } } => {
+            face_verbs::sample(count, seed, resolution, &out)
+        }
         Verb::Face { verb: FaceVerb::Export { resolution, out, .. } } => face_verbs::export(resolution, &out),
     }
 }

@@ -1,6 +1,7 @@
 //! What a face is: tissue, bones, muscles, teeth and landmarks on one mesh.
 
 mod bundle;
+mod carried;
 mod check;
 mod contact_load;
 mod contacts;

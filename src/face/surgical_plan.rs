@@ -81,6 +81,11 @@ pub struct Motion {
 pub enum About {
     /// The line through the condyles, from right to left.
     Condyles,
+    /// A line through the incisal point of the teeth that the bone carries, as orthognathic movements are planned.
+    Incisor {
+        /// Its direction, of any length but zero.
+        direction: Vec3,
+    },
     /// Another line.
     Line {
         /// A point of it, mm.
@@ -227,7 +232,7 @@ impl SurgicalPlan {
             if self.moves[..k].iter().any(|other| other.bone == step.bone) {
                 return Err(PlanError::Taken { field: format!("{at}.bone"), name: step.bone.clone() });
             }
-            pose = pose.with(&step.bone, step.motion.about(&face, &at)?);
+            pose = pose.with(&step.bone, step.motion.of(&step.bone, &face, &at)?);
         }
         Ok(PreparedPlan { face, pose, stripped })
     }
@@ -335,8 +340,27 @@ impl Cut {
     }
 }
 
+/// Distance from the mid-line of the arch, and behind its foremost point there, within which incisors are, mm.
+const INCISORS_MM: [f64; 2] = [5., 6.];
+
+/// The edge of the incisors that `bone` carries, in the middle: their highest point in the lower arch, the lowest in the upper.
+fn incisal_point(face: &Face, bone: &str) -> Option<Vec3> {
+    let teeth = face.teeth.iter().find(|teeth| teeth.bone == bone)?;
+    let points = &teeth.surface.points;
+    let extent = Extent::of(points);
+    let middle = (extent.lo.x + extent.hi.x) / 2.;
+    let near = || points.iter().filter(|p| (p.x - middle).abs() <= INCISORS_MM[0]);
+    let foremost = near().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+    let side = if teeth.upper { 1. } else { -1. };
+    let edge = near()
+        .filter(|p| p.z >= foremost - INCISORS_MM[1])
+        .min_by(|a, b| (side * a.y).total_cmp(&(side * b.y)))?;
+    Some(Vec3::new(middle, edge.y, edge.z))
+}
+
 impl Motion {
-    fn about(&self, face: &Face, at: &str) -> Result<RigidMotion, PlanError> {
+    /// The motion of `bone`; `at` is the path of the move.
+    fn of(&self, bone: &str, face: &Face, at: &str) -> Result<RigidMotion, PlanError> {
         let wrong = |key: &str, problem| Err(PlanError::Value { field: format!("{at}{key}"), problem });
         if !self.translation.iter().chain([&self.rotation_deg]).all(|x| x.is_finite()) {
             return wrong("", "a translation in mm and a rotation in degrees must be finite");
@@ -353,6 +377,16 @@ impl Motion {
         }
         let (point, direction) = match (self.about, &face.jaw) {
             (About::Line { point, direction }, _) => (point, direction),
+            (About::Incisor { direction }, _) => match incisal_point(face, bone) {
+                Some(point) => (point, direction),
+                None => {
+                    return wrong(
+                        ".axis",
+                        "the bone carries no teeth; let the cut take an arch along with `teeth`, or give the axis as a point \
+                         and a direction",
+                    );
+                }
+            },
             (About::Condyles, Some(jaw)) => (jaw.condyles[1], jaw.axis()),
             (About::Condyles, None) => {
                 return wrong(".axis", "the face has no jaw joint; give the axis as a point and a direction");

@@ -39,7 +39,7 @@ pub use fixed_stiffness::{Equilibrium, FixedStiffness};
 pub use gram::SparseColumn;
 pub use model::Model;
 pub use muscle_law::{N_TENSORS, tensors};
-pub use operation::{Operation, OperationError, operate};
+pub use operation::{Operation, OperationError, operate, operate_at_finite_strain};
 pub use response::{ContactResponse, Response};
 pub(crate) use settled_contact::Nearby;
 pub use settled_contact::SettledContact;

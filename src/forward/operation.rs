@@ -2,12 +2,12 @@
 
 use thiserror::Error;
 
+use super::finite::{FaceContact, FiniteError, FiniteModel, FiniteState};
 use super::{ContactError, ForwardError, Model, SettledContact};
 use crate::face::{
-    ContactReach, ContactSearch, Face, FaceError, Fibre, Jaw, Landmark, LargeTurn, Muscle, PlanError, Pose,
-    PreparedPlan, SurgicalPlan,
+    ContactReach, ContactSearch, Face, FaceError, Jaw, LargeTurn, PlanError, Pose, PreparedPlan, SurgicalPlan,
 };
-use crate::mesh::{Locator, Quality, Site};
+use crate::mesh::Quality;
 use crate::units::{Vec3, counted};
 
 /// Why a plan cannot be carried out.
@@ -20,6 +20,9 @@ pub enum OperationError {
     /// The tissue cannot be solved.
     #[error(transparent)]
     Forward(#[from] ForwardError),
+    /// The tissue cannot be modelled at finite strain, or comes to no rest.
+    #[error(transparent)]
+    Finite(#[from] FiniteError),
     /// No contact forces hold it.
     #[error(transparent)]
     Contact(#[from] ContactError),
@@ -41,15 +44,15 @@ pub enum OperationError {
     Face(FaceError),
 }
 
-/// A plan carried out on a face.
+/// A plan carried out on a face, by either strain model: `M` is how the tissue followed, its muscles at rest.
 #[derive(Clone, Debug)]
-pub struct Operation {
+pub struct Operation<M = SettledContact> {
     /// The face afterwards: at rest where its bones were brought, without stress.
     pub face: Face,
     /// Where the plan brought the bones.
     pub pose: Pose,
-    /// How the tissue followed, its muscles at rest: displacement (3n, mm) and contact.
-    pub movement: SettledContact,
+    /// How the tissue followed: displacement (3n, mm) and contact.
+    pub movement: M,
     /// Bones that were turned too far for the linear model.
     pub large_turns: Vec<LargeTurn>,
 }
@@ -64,45 +67,72 @@ pub struct Operation {
 /// [`OperationError`] for a plan that does not fit the face, tissue that cannot be solved, cells that turn inside
 /// out and a new face that cannot be used.
 pub fn operate(plan: &SurgicalPlan, face: &Face) -> Result<Operation, OperationError> {
-    let PreparedPlan { face: mut cut, pose, stripped } = plan.prepare(face)?;
-    let mut loose = cut.clone();
-    for support in &mut loose.supports {
-        support.nodes.retain(|node| !stripped.contains(node));
-    }
-    let reach = ContactReach::default();
-    let search = ContactSearch::new(&loose, reach);
+    let Prepared { cut, loose, pose } = Prepared::new(plan, face)?;
+    let search = ContactSearch::new(&loose, ContactReach::default());
     let model = Model::new(&loose, search.rest().to_vec())?;
     let rest = vec![0.; cut.muscles.len()];
     let movement = model.at_pose(&rest, &pose)?.settle(&loose, &search, &rest, None)?;
-    if !pose.is_rest() {
-        cut = carried(&cut, &pose, &movement.equilibrium.displacement);
-        cut.name = format!("{}_{}", face.name, plan.name);
-        inside_out(&cut, face)?;
-        if let Some(error) = cut.check().0.into_iter().next() {
-            return Err(OperationError::Face(error));
+    let healed = healed(cut, &pose, &movement.equilibrium.displacement, (face, plan))?;
+    Ok(Operation { face: healed, large_turns: pose.large_turns(), pose, movement })
+}
+
+/// [`operate`] at finite strain: the tissue rests at a minimum of its potential with the bones moved, its muscles at rest, and
+/// nothing crosses teeth or lips on the way. Turns may be as large as they are.
+///
+/// # Errors
+/// As [`operate`], and [`OperationError::Finite`] where the tissue comes to no rest.
+pub fn operate_at_finite_strain(
+    plan: &SurgicalPlan,
+    face: &Face,
+) -> Result<Operation<FiniteState>, OperationError> {
+    let Prepared { cut, loose, pose } = Prepared::new(plan, face)?;
+    let model = FiniteModel::new(&loose, Some(FaceContact::new(&loose)?))?;
+    let movement = model.settle(&vec![0.; cut.muscles.len()], &pose)?;
+    let healed = healed(cut, &pose, movement.displacement(), (face, plan))?;
+    Ok(Operation { face: healed, large_turns: Vec::new(), pose, movement })
+}
+
+/// A face ready for its bones to move.
+struct Prepared {
+    /// With its bones cut,
+    cut: Face,
+    /// and with the tissue stripped off them about the cuts.
+    loose: Face,
+    pose: Pose,
+}
+
+impl Prepared {
+    fn new(plan: &SurgicalPlan, face: &Face) -> Result<Self, PlanError> {
+        let PreparedPlan { face: cut, pose, stripped } = plan.prepare(face)?;
+        let mut loose = cut.clone();
+        for support in &mut loose.supports {
+            support.nodes.retain(|node| !stripped.contains(node));
         }
+        Ok(Self { cut, loose, pose })
     }
-    let large_turns = pose.large_turns();
-    Ok(Operation { face: cut, pose, movement, large_turns })
+}
+
+/// The face that heals where `pose` brings the bones of `cut` and `u` (3n, mm) its tissue.
+fn healed(
+    cut: Face,
+    pose: &Pose,
+    u: &[f64],
+    (before, plan): (&Face, &SurgicalPlan),
+) -> Result<Face, OperationError> {
+    if pose.is_rest() {
+        return Ok(cut);
+    }
+    let name = format!("{}_{}", before.name, plan.name);
+    let healed = Face { name, ..carried(&cut, pose, u) };
+    inside_out(&healed, before)?;
+    match healed.check().0.into_iter().next() {
+        Some(error) => Err(OperationError::Face(error)),
+        None => Ok(healed),
+    }
 }
 
 /// `face` where `pose` brings its bones and `u` (3n, mm) its tissue.
 fn carried(face: &Face, pose: &Pose, u: &[f64]) -> Face {
-    let locator = Locator::new(&face.mesh);
-    let follow = |p: &Vec3| match locator.locate(*p) {
-        Some(found) => p + found.site.displacement(u),
-        None => *p,
-    };
-    let fibre = |f: &Fibre| Fibre { points: f.points.iter().map(follow).collect(), closed: f.closed };
-    let muscle = |m: &Muscle| Muscle { fibres: m.fibres.iter().map(fibre).collect(), ..m.clone() };
-    let landmark = |l: &Landmark| {
-        let position = l.site.position + l.site.displacement(u);
-        Landmark { name: l.name.clone(), site: Site { position, weights: l.site.weights.clone() } }
-    };
-    let mut mesh = face.mesh.clone();
-    for (node, p) in mesh.points.iter_mut().enumerate() {
-        *p += Vec3::new(u[3 * node], u[3 * node + 1], u[3 * node + 2]);
-    }
     let jaw = face.jaw.as_ref().map(|jaw| {
         let hinge = pose.motion(face, &jaw.bone);
         // The incisors are on whatever piece carries the lower teeth.
@@ -110,14 +140,7 @@ fn carried(face: &Face, pose: &Pose, u: &[f64]) -> Face {
         let incisor = pose.motion(face, carrier).apply(jaw.incisor);
         Jaw { bone: jaw.bone.clone(), condyles: jaw.condyles.map(|c| hinge.apply(c)), incisor }
     });
-    Face {
-        mesh,
-        jaw,
-        muscles: face.muscles.iter().map(muscle).collect(),
-        teeth: face.teeth_at(pose),
-        landmarks: face.landmarks.iter().map(landmark).collect(),
-        ..face.clone()
-    }
+    Face { jaw, teeth: face.teeth_at(pose), ..face.with_tissue_moved(u) }
 }
 
 fn inside_out(moved: &Face, before: &Face) -> Result<(), OperationError> {

@@ -112,7 +112,7 @@ impl Pattern {
     }
 
     /// Adds the block of nodes `i` and `j`, and its mirror image.
-    pub(super) fn add_block(&self, i: usize, j: usize, block: &Matrix3<f64>, values: &mut [f64]) {
+    pub(crate) fn add_block(&self, i: usize, j: usize, block: &Matrix3<f64>, values: &mut [f64]) {
         if i == j {
             self.scatter(&[i], &[*block], |at, value| values[at] += value);
         } else {

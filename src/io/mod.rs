@@ -38,6 +38,7 @@ mod polygons;
 mod program_file;
 mod program_text;
 mod recording_file;
+mod registration_json;
 mod schema;
 mod sha256;
 mod solution_json;
@@ -70,7 +71,7 @@ pub use comparison_json::{
 pub use face_export::{FaceExportError, put_face, write_face};
 pub use face_toml::{
     FaceDocument, FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWarningKind, face_schema,
-    read_face,
+    read_face, read_landmarks,
 };
 pub use file_set::{FileSet, settle_folder};
 pub use input_file::{InputFile, UnreadableText};
@@ -92,6 +93,10 @@ pub use recording_file::{
     ImageScale, ReadOptions, RecordingDocument, RecordingFileError, RecordingFileErrorKind,
     RecordingFileWarning, RecordingFormat, parse_recording, read_recording, recording_csv,
 };
+pub use registration_json::{
+    AsymmetryJson, DepthJson, DistancesJson, LandmarkErrorJson, MuscleLengthJson, RegistrationJson,
+    SimilarityJson, registration_schema,
+};
 pub use sha256::sha256;
 pub use solution_json::{
     CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, LimitKindWord, MarkerJson,
@@ -100,7 +105,7 @@ pub use solution_json::{
 pub use standing::Standing;
 pub use sto::sto_text;
 pub use suite_json::{SuiteJson, SuiteTargetJson, VerdictWord, suite_schema};
-pub use surface_file::{parse_surface, read_surface};
+pub use surface_file::{parse_surface, read_surface, read_surface_file};
 pub use symmetry_json::{MiddleJson, PairJson, PublishedJson, SymmetryJson, given_side, symmetry_schema};
 pub use target_files::{SuiteError, read_targets};
 pub use target_toml::{

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use nalgebra::Rotation3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use thiserror::Error;
@@ -88,8 +89,45 @@ struct MoveTable {
     /// Rotation about the axis, degrees, right-handed; none when absent.
     #[serde(default)]
     rotation_deg: f64,
-    /// Axis of the rotation: "condylar" (from right to left; positive lowers the chin), or a point and a direction.
+    /// Axis of the rotation: "condylar" (from right to left; positive lowers the chin), "pitch", "yaw" or "roll" about the
+    /// incisal point of the teeth that the bone carries, or a point and a direction.
     axis: Option<AxisValue>,
+    /// The motion as a cephalometric table gives it, in place of the other three.
+    incisor: Option<IncisorTable>,
+}
+
+/// How the incisal point of the teeth that a bone carries moves, and how the bone turns about it: pitch first, then roll,
+/// then yaw, each about an axis of the face.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+struct IncisorTable {
+    /// Forward, mm: an advancement; negative a setback.
+    anterior_mm: f64,
+    /// Upward, mm: an impaction of the upper jaw; negative an extrusion.
+    superior_mm: f64,
+    /// To the subject's left, mm.
+    left_mm: f64,
+    /// Degrees, positive lowers what lies in front of the incisal point and raises what lies behind.
+    pitch_deg: f64,
+    /// Degrees, positive raises the subject's left.
+    roll_deg: f64,
+    /// Degrees, positive turns the front to the subject's left.
+    yaw_deg: f64,
+}
+
+impl IncisorTable {
+    fn motion(&self) -> Motion {
+        let turn = |axis: Vec3, degrees: f64| Rotation3::from_scaled_axis(degrees.to_radians() * axis);
+        let [pitch, roll, yaw] =
+            [(Vec3::x(), self.pitch_deg), (Vec3::z(), self.roll_deg), (Vec3::y(), self.yaw_deg)]
+                .map(|(axis, degrees)| turn(axis, degrees));
+        let axis = (yaw * roll * pitch).scaled_axis();
+        Motion {
+            translation: Vec3::new(self.left_mm, self.superior_mm, self.anterior_mm),
+            rotation_deg: axis.norm().to_degrees(),
+            about: About::Incisor { direction: axis },
+        }
+    }
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -105,6 +143,9 @@ enum AxisValue {
 #[serde(rename_all = "lowercase")]
 enum AxisName {
     Condylar,
+    Pitch,
+    Yaw,
+    Roll,
 }
 
 /// A line.
@@ -149,9 +190,15 @@ pub enum PlanFileError {
         /// The cut.
         at: Box<Location>,
     },
+    /// A motion given in both ways.
+    #[error("{at}: stands for the whole motion; leave out translation_mm, rotation_deg and axis")]
+    TwoMotions {
+        /// The field.
+        at: Box<Location>,
+    },
     /// A rotation about nothing.
     #[error(
-        "{at}: missing; a rotation needs an axis: \"condylar\", or {{ point_mm = [x, y, z], direction = [x, y, z] }}"
+        "{at}: missing; a rotation needs an axis: \"condylar\", \"pitch\", \"yaw\", \"roll\", or {{ point_mm = [x, y, z], direction = [x, y, z] }}"
     )]
     NoAxis {
         /// The field.
@@ -199,6 +246,12 @@ pub fn parse_plan(text: &str, path: &Path) -> Result<PlanDocument, PlanFileError
         Ok(Cut { bone: cut.bone, piece: cut.piece, by, teeth })
     };
     let step = |(k, step): (usize, MoveTable)| {
+        if let Some(incisor) = step.incisor {
+            if step.translation_mm != [0.; 3] || step.rotation_deg != 0. || step.axis.is_some() {
+                return Err(PlanFileError::TwoMotions { at: at(format!("move[{k}].incisor")) });
+            }
+            return Ok(Move { bone: step.bone, motion: incisor.motion() });
+        }
         let about = match step.axis {
             Some(AxisValue::Line(line)) => {
                 About::Line { point: Vec3::from(line.point_mm), direction: Vec3::from(line.direction) }
@@ -207,6 +260,9 @@ pub fn parse_plan(text: &str, path: &Path) -> Result<PlanDocument, PlanFileError
                 return Err(PlanFileError::NoAxis { at: at(format!("move[{k}].axis")) });
             }
             Some(AxisValue::Named(AxisName::Condylar)) | None => About::Condyles,
+            Some(AxisValue::Named(AxisName::Pitch)) => About::Incisor { direction: Vec3::x() },
+            Some(AxisValue::Named(AxisName::Yaw)) => About::Incisor { direction: Vec3::y() },
+            Some(AxisValue::Named(AxisName::Roll)) => About::Incisor { direction: Vec3::z() },
         };
         let (translation, rotation_deg) = (Vec3::from(step.translation_mm), step.rotation_deg);
         Ok(Move { bone: step.bone, motion: Motion { translation, rotation_deg, about } })

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::format::{Format, named_by_ending};
 use super::mesh_file_error::{MeshFileError, MeshFileErrorKind};
-use super::{Location, obj, ply, stl, text, vtk};
+use super::{InputFile, Location, obj, ply, stl, text, vtk};
 use crate::mesh::Surface;
 use crate::units::LengthUnit;
 
@@ -21,6 +21,15 @@ const READ: &str = "OBJ, STL, PLY, VTP and VTK";
 /// With the line or byte, whenever the file is not such a surface.
 pub fn read_surface(path: &Path, unit: LengthUnit) -> Result<Surface, MeshFileError> {
     parse_surface(&text::read_bytes(path)?, path, unit)
+}
+
+/// The surface in `path` as [`read_surface`] reads it, and the file.
+///
+/// # Errors
+/// As [`read_surface`].
+pub fn read_surface_file(path: &Path, unit: LengthUnit) -> Result<(Surface, InputFile), MeshFileError> {
+    let bytes = text::read_bytes(path)?;
+    Ok((parse_surface(&bytes, path, unit)?, InputFile::new(path, &bytes)))
 }
 
 /// The surface in `bytes`; `path` is only named in messages.

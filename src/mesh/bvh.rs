@@ -209,7 +209,7 @@ impl Bvh {
 
     /// Calls `visit` with items until none that is left can be nearer to `p` than the greatest
     /// distance that `visit` last returned; nearer branches go first.
-    pub(super) fn for_each_near(&self, p: Vec3, mut visit: impl FnMut(usize) -> f64) {
+    pub(crate) fn for_each_near(&self, p: Vec3, mut visit: impl FnMut(usize) -> f64) {
         let mut reach = f64::INFINITY;
         let mut stack: Vec<(f64, usize)> = (0..self.nodes.len().min(1)).map(|k| (0., k)).collect();
         while let Some((distance, k)) = stack.pop() {

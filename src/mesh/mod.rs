@@ -28,6 +28,7 @@ pub use facet::{Facet, boundary_facets};
 pub use free_mode::FreeMode;
 pub use locate::{Located, Locator};
 pub use quality::Quality;
+pub(crate) use quality::corner_neighbours;
 pub use site::Site;
 pub use solid::Mesh;
 pub(crate) use solid::WEDGE_OTHER_ORDER;

@@ -73,7 +73,7 @@ pub(super) fn jacobian(kind: CellKind, x: &[Vec3], xi: Vec3) -> Matrix3<f64> {
 }
 
 /// At each corner the three neighbouring corners, right-handed.
-fn corner_neighbours(kind: CellKind) -> &'static [[usize; 4]] {
+pub(crate) fn corner_neighbours(kind: CellKind) -> &'static [[usize; 4]] {
     match kind {
         CellKind::Hex8 => &[
             [0, 1, 3, 4],

@@ -13,6 +13,9 @@ const SWAPPED_SHARE: f64 = 0.4;
 /// Time, s, after which a marker's last place says nothing.
 const MEMORY_S: f64 = 0.5;
 
+/// Frames in which neither of two may be seen while their labels go on being exchanged.
+const UNSEEN: usize = 3;
+
 /// Two labels that were exchanged in some frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelSwap {
@@ -98,32 +101,43 @@ fn unswapped(
                 last[k].filter(|(t, _)| time_s - t <= MEMORY_S).map(|(_, p)| p).or(subject.neutral_mm[k])
             })
             .collect();
-        let far = |row: &[Option<Vec3>], k: usize| Some((row[k]? - expected[k]?).norm());
-        let jumped: Vec<usize> = (0..m).filter(|&k| far(row, k).is_some_and(|d| d > JUMP_MM)).collect();
+        let jump = |row: &[Option<Vec3>], k: usize| Some((row[k]? - expected[k]?).norm());
+        let jumps = |row: &[Option<Vec3>], k: usize| jump(row, k).is_some_and(|d| d > JUMP_MM);
+        let jumped: Vec<usize> = (0..m).filter(|&k| jumps(row, k)).collect();
         let mut done: Vec<usize> = Vec::new();
-        for (n, &i) in jumped.iter().enumerate() {
-            for &j in &jumped[n + 1..] {
-                if done.contains(&i) || done.contains(&j) {
-                    continue;
-                }
-                let (Some(a), Some(b), Some(p), Some(q)) = (row[i], row[j], expected[i], expected[j]) else {
-                    continue;
+        for &i in &jumped {
+            // Of two that are known to be exchanged one may be out of sight.
+            let is_known = |j: usize| {
+                let pair = [&subject.labels[i], &subject.labels[j]];
+                let recent = |s: &&LabelSwap| time_s - times_s[s.frames[1]] <= MEMORY_S;
+                swaps.iter().filter(recent).any(|s| s.labels.iter().all(|l| pair.contains(&l)))
+            };
+            let partner = (0..m).filter(|&j| j != i && !done.contains(&i) && !done.contains(&j)).find(|&j| {
+                let (Some(a), Some(p), Some(q)) = (row[i], expected[i], expected[j]) else { return false };
+                let (stated, exchanged) = match row[j] {
+                    Some(b) if jumped.contains(&j) => {
+                        ((a - p).norm() + (b - q).norm(), (a - q).norm() + (b - p).norm())
+                    }
+                    None if is_known(j) => ((a - p).norm(), (a - q).norm()),
+                    _ => return false,
                 };
-                let (stated, exchanged) = ((a - p).norm() + (b - q).norm(), (a - q).norm() + (b - p).norm());
-                if exchanged >= SWAPPED_SHARE * stated {
-                    continue;
-                }
-                row.swap(i, j);
-                done.extend([i, j]);
-                let labels = [subject.labels[i].clone(), subject.labels[j].clone()];
-                match swaps.iter_mut().rev().find(|s| s.labels == labels) {
-                    Some(swap) if swap.frames[1] + 1 == frame => swap.frames[1] = frame,
-                    _ => swaps.push(LabelSwap { labels, frames: [frame; 2] }),
-                }
+                exchanged < SWAPPED_SHARE * stated
+            });
+            let Some(j) = partner else { continue };
+            row.swap(i, j);
+            done.extend([i, j]);
+            let (a, b) = (i.min(j), i.max(j));
+            let labels = [subject.labels[a].clone(), subject.labels[b].clone()];
+            match swaps.iter_mut().rev().find(|s| s.labels == labels) {
+                Some(swap) if frame - swap.frames[1] <= UNSEEN => swap.frames[1] = frame,
+                _ => swaps.push(LabelSwap { labels, frames: [frame; 2] }),
             }
         }
-        for (last, p) in last.iter_mut().zip(row.iter()) {
-            *last = p.map(|p| (time_s, p)).or(*last);
+        for k in 0..m {
+            // Where one that jumps alone goes to says nothing about where it will be.
+            if let Some(p) = row[k].filter(|_| !jumps(row, k)) {
+                last[k] = Some((time_s, p));
+            }
         }
     }
     (at, swaps)

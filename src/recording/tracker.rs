@@ -141,11 +141,20 @@ impl<'a> Tracker<'a> {
         let window = block.start.saturating_sub(HALO)..(block.end + HALO).min(self.times_s.len());
         let mut outliers: Vec<Vec<usize>> = vec![Vec::new(); window.len()];
         let mut fitted = self.fit_window(&window, &outliers);
-        for (outliers, found) in outliers.iter_mut().zip(self.outliers(&fitted)) {
-            *outliers = found;
-        }
-        if outliers.iter().any(|o| !o.is_empty()) {
+        let first = self.outliers(&fitted);
+        if first.iter().any(|o| !o.is_empty()) {
+            outliers = first;
             fitted = self.fit_window(&window, &outliers);
+            // One that is far off pulls its neighbours out with it: they come back.
+            let second = self.outliers(&fitted);
+            let stays = |(first, second): (&Vec<usize>, &Vec<usize>)| {
+                first.iter().copied().filter(|b| second.contains(b)).collect::<Vec<usize>>()
+            };
+            let both: Vec<Vec<usize>> = outliers.iter().zip(&second).map(stays).collect();
+            if both != outliers {
+                outliers = both;
+                fitted = self.fit_window(&window, &outliers);
+            }
         }
         let kept = block.start - window.start..block.end - window.start;
         fitted.drain(kept).collect()

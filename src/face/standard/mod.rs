@@ -13,11 +13,13 @@ mod muscles;
 mod parameters;
 mod relief;
 mod resolution;
+mod sample;
 mod section;
 mod thickness;
 
-pub use parameters::{ParameterError, Parameters};
+pub use parameters::{ParameterError, Parameters, Proportion};
 pub use resolution::Resolution;
+pub use sample::sample;
 
 use std::collections::BTreeMap;
 

@@ -71,6 +71,43 @@ impl Default for Parameters {
     }
 }
 
+/// A proportion of the visible face that differs from person to person.
+#[derive(Clone, Copy, Debug)]
+pub struct Proportion {
+    /// The field of [`Parameters`].
+    pub name: &'static str,
+    /// Standard deviation among adults, mm.
+    pub sd_mm: f64,
+    field: fn(&mut Parameters) -> &mut f64,
+}
+
+impl Proportion {
+    /// Its value in `parameters`, mm.
+    pub fn of(&self, parameters: &Parameters) -> f64 {
+        *(self.field)(&mut parameters.clone())
+    }
+
+    /// Sets it to `value` (mm), or to the nearest that can be built.
+    pub fn set(&self, parameters: &mut Parameters, value: f64) {
+        let range = parameters.ranges().into_iter().find(|(name, ..)| *name == self.name);
+        let (least, most) = range.map_or((value, value), |(_, _, least, most)| (least, most));
+        *(self.field)(parameters) = value.clamp(least, most);
+    }
+}
+
+impl Parameters {
+    /// The proportions that are seen on the skin, with their spread: width of the mouth and vermilion heights of 300 men
+    /// (Pietruski and Majak, Aesthet. Surg. J. 42 (2022) 1130), height of the upper lip of both sexes
+    /// (10.1186/s40902-019-0191-7, table 9); that of the width of the philtrum is a tenth of it, as of the others.
+    pub const PROPORTIONS: [Proportion; 5] = [
+        Proportion { name: "mouth_width_mm", sd_mm: 3.74, field: |p| &mut p.mouth_width_mm },
+        Proportion { name: "upper_vermilion_mm", sd_mm: 1.62, field: |p| &mut p.upper_vermilion_mm },
+        Proportion { name: "lower_vermilion_mm", sd_mm: 1.88, field: |p| &mut p.lower_vermilion_mm },
+        Proportion { name: "philtrum_width_mm", sd_mm: 1.5, field: |p| &mut p.philtrum_width_mm },
+        Proportion { name: "upper_lip_mm", sd_mm: 2.0, field: |p| &mut p.upper_lip_mm },
+    ];
+}
+
 /// A parameter with which the standard face cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

@@ -8,7 +8,7 @@ use crate::face::{Face, Muscle};
 use crate::forward::muscle_tissue::{InMuscle, MuscleAt, muscle_at};
 use crate::forward::stiffness::Pattern;
 use crate::forward::{Element, ForwardError, IntegrationPoint};
-use crate::mesh::{DilatationPatches, Mesh};
+use crate::mesh::{CellKind, DilatationPatches, Mesh, corner_neighbours};
 use crate::units::{N_PER_MM2_PER_KPA, Vec3};
 
 /// Patches whose derivatives are computed in parallel before they are added in order: sums do not depend on the
@@ -51,6 +51,31 @@ impl FiniteBody {
             next += element.points().len();
         }
         Ok(Self { patches, n_nodes: mesh.n_nodes(), n_muscles })
+    }
+
+    /// The body of `mesh` in which each corner of a hexahedron or wedge is a tetrahedron of its own, of one `material`
+    /// without fibres: its energy grows without bound as any corner is folded flat, not only as a material point is. What
+    /// is folded at rest is left out.
+    pub fn of_corners(mesh: &Mesh, material: PointMaterial) -> Self {
+        let mut patches = Vec::new();
+        for cell in &mesh.cells {
+            let pieces: Vec<(CellKind, Vec<usize>)> = match cell.kind() {
+                kind @ (CellKind::Hex8 | CellKind::Wedge6) => corner_neighbours(kind)
+                    .iter()
+                    .map(|corner| (CellKind::Tet4, corner.map(|k| cell.nodes()[k]).to_vec()))
+                    .collect(),
+                kind => vec![(kind, cell.nodes().to_vec())],
+            };
+            for (kind, nodes) in pieces {
+                let at: Vec<Vec3> = nodes.iter().map(|&node| mesh.points[node]).collect();
+                let points = Element::new(kind, &at).map(|element| element.points().to_vec());
+                patches.extend(points.into_iter().flatten().map(|point| {
+                    let (volume, gradients) = (point.volume, point.gradients().to_vec());
+                    Patch::new(nodes.clone(), vec![PatchPoint { volume, gradients, material }])
+                }));
+            }
+        }
+        Self { patches, n_nodes: mesh.n_nodes(), n_muscles: 0 }
     }
 
     /// The body of `face`.

@@ -8,12 +8,13 @@ use super::error::{FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWa
 use super::file::FaceTable;
 use super::frame::Frame;
 use super::rows::Rows;
-use super::scale;
+use super::{scale, unread};
 use crate::contact::{Facets, Patch};
 use crate::face::Landmark;
-use crate::io::Location;
+use crate::io::input_file::read_text;
+use crate::io::{InputFile, Location};
 use crate::mesh::{Mesh, Site};
-use crate::units::Vec3;
+use crate::units::{LengthUnit, Vec3};
 
 /// Movements below this go without a word, mm: about the error of landmarking by hand.
 const UNNOTICED_MM: f64 = 0.5;
@@ -31,6 +32,26 @@ struct Named {
     point: Vec3,
     /// The carriers, where they are stated.
     site: Option<Site>,
+}
+
+/// The landmarks in the table `path`, whose columns are `landmark` and `x_mm`, `y_mm`, `z_mm`, or `x`, `y`, `z` in `unit`;
+/// positions in mm, and the file as it was read.
+///
+/// # Errors
+/// [`FaceFileError`] with the line, when the table is not one.
+pub fn read_landmarks(
+    path: &Path,
+    unit: LengthUnit,
+) -> Result<(Vec<(String, Vec3)>, InputFile), FaceFileError> {
+    let text = unread(path, read_text(path))?;
+    let frame = Frame::new(None, unit)
+        .map_err(|(field, kind)| FaceFileError::new(Location::file(path).in_field(field), kind))?;
+    let rows = Rows::parse(path, text.strip_prefix('\u{feff}').unwrap_or(&text))?;
+    let landmarks = rows
+        .rows()
+        .map(|row| Ok((row.text("landmark")?.to_owned(), row.point(&frame)?)))
+        .collect::<Result<_, FaceFileError>>()?;
+    Ok((landmarks, InputFile::new(path, text.as_bytes())))
 }
 
 /// Holds landmarks against the mesh: two may be the lips' middle, and as near to each other as they like.

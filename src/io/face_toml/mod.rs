@@ -18,6 +18,7 @@ use serde::Deserialize;
 use toml::de::DeTable;
 
 pub use error::{FaceFileError, FaceFileErrorKind, FaceFileWarning, FaceFileWarningKind};
+pub use landmarks::read_landmarks;
 
 use self::file::{FaceTable, MuscleTissueTable, TissueTable};
 use self::frame::Frame;
