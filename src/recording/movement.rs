@@ -93,6 +93,7 @@ fn unswapped(
     let m = recording.names().len();
     let times_s = recording.times_s();
     let mut last: Vec<Option<(f64, Vec3)>> = vec![None; m];
+    let mut strayed: Vec<Option<Vec3>> = vec![None; m];
     let mut swaps: Vec<LabelSwap> = Vec::new();
     for (frame, &time_s) in times_s.iter().enumerate() {
         let row = &mut at[frame * m..][..m];
@@ -134,9 +135,12 @@ fn unswapped(
             }
         }
         for k in 0..m {
-            // Where one that jumps alone goes to says nothing about where it will be.
-            if let Some(p) = row[k].filter(|_| !jumps(row, k)) {
-                last[k] = Some((time_s, p));
+            // Where one that jumps alone goes to says nothing about where it will be, unless it stays there.
+            let Some(p) = row[k] else { continue };
+            if !jumps(row, k) || strayed[k].is_some_and(|q| (p - q).norm() <= JUMP_MM) {
+                (last[k], strayed[k]) = (Some((time_s, p)), None);
+            } else {
+                strayed[k] = Some(p);
             }
         }
     }
