@@ -51,6 +51,8 @@ impl ActivationTable {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
+
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::RowAccessor;
 
@@ -65,7 +67,9 @@ mod tests {
         };
         let bytes = table.parquet().expect("written");
         assert_eq!(bytes, table.parquet().expect("written"));
-        let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).expect("read");
+        let mut file = tempfile::tempfile().expect("a file");
+        file.write_all(&bytes).expect("written");
+        let reader = SerializedFileReader::new(file).expect("read");
         let rows: Vec<_> = reader.get_row_iter(None).expect("rows").map(|row| row.expect("row")).collect();
         let value = |row: usize, k| rows[row].get_double(k).expect("a number");
         assert_eq!([value(0, 0), value(0, 1), value(0, 2), value(1, 0)], [0., 0.5, 1. / 3., 0.1]);

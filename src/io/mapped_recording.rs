@@ -6,7 +6,8 @@ use thiserror::Error;
 
 use super::input_file::InputFile;
 use super::{
-    MarkerMapError, ReadOptions, RecordingDocument, RecordingFileError, read_marker_map, read_recording,
+    MarkerMapError, ReadOptions, RecordingDocument, RecordingFileError, RecordingFileErrorKind,
+    read_marker_map, read_recording,
 };
 use crate::recording::{MarkerMap, Neutral};
 
@@ -58,9 +59,16 @@ pub fn read_mapped_recording(
         markers.neutral =
             Neutral::Positions(seen.filter_map(|(label, p)| Some((label.clone(), (*p)?))).collect());
     }
-    // The displacements of a table count from where the markers rest.
-    let neutral = stated.neutral.or(neutral_file.as_deref());
-    let document = read_recording(path, &ReadOptions { neutral, ..*stated })?;
+    let document = match read_recording(path, stated) {
+        // The displacements of a table count from where the markers rest.
+        Err(error)
+            if matches!(error.kind, RecordingFileErrorKind::AbsentNeutral { .. })
+                && neutral_file.is_some() =>
+        {
+            read_recording(path, &ReadOptions { neutral: neutral_file.as_deref(), ..*stated })?
+        }
+        read => read?,
+    };
     files.extend(document.files.iter().cloned());
     Ok(MappedRecording { document, map: markers, files })
 }

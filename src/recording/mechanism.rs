@@ -222,7 +222,7 @@ impl TouchingPiece {
 
     /// The sum of the forces at the features `xi`, N.
     pub(super) fn force_n(&self, xi: &DVector<f64>) -> f64 {
-        (&self.forces * xi).iter().map(|f| f.max(0.)).sum()
+        (&self.forces * xi).iter().map(|f| f.max(0.)).fold(0., |sum, f| sum + f)
     }
 }
 

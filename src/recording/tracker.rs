@@ -29,6 +29,9 @@ const OUTLYING: f64 = 4.;
 /// and as a multiple of the median of its frame and of its marker.
 const UNUSUAL: f64 = 4.;
 
+/// Outliers of a frame that are believed, at least.
+const FEW: usize = 4;
+
 /// What became of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FrameStatus {
@@ -181,7 +184,10 @@ impl<'a> Tracker<'a> {
                 size(frame, *b)
                     .is_some_and(|s| s > OUTLYING && s > UNUSUAL * usual && s > UNUSUAL * of_marker[*b])
             };
-            (0..markers).filter(is_far).collect()
+            let far: Vec<usize> = (0..markers).filter(is_far).collect();
+            // Many that are off together are what the model does not know, not what the camera got wrong.
+            let seen = frame.residual_mm.iter().flatten().count();
+            if far.len() > FEW.max(seen / 20) { Vec::new() } else { far }
         };
         fitted.iter().map(of_frame).collect()
     }
