@@ -8,7 +8,7 @@ use modiolus::face::standard::{Resolution, standard};
 use modiolus::forward::Model;
 use modiolus::inverse::{ActivatedProblem, ContactMode, Observations};
 use modiolus::io::read_target;
-use modiolus::qp::{self, Problem};
+use modiolus::qp::{self, Link, Problem, Stage, StagedActiveSet, StagedProblem};
 use nalgebra::{DMatrix, DVector};
 
 /// A bounded least-squares program of `m` activations with `2m` observations and `m` inequality rows,
@@ -35,6 +35,56 @@ fn programs(c: &mut Criterion) {
         let problem = program(m);
         group.bench_function(BenchmarkId::from_parameter(m), |b| b.iter(|| qp::solve(&problem)));
     }
+    group.finish();
+}
+
+/// A movement of 28 muscles over 60 frames: each frame's program alone, by Clarabel and by an active set begun from that of the frame
+/// before, and all frames as one program in stages.
+fn frames(c: &mut Criterion) {
+    let alone: Vec<Problem> = (0..60)
+        .map(|frame| {
+            let mut problem = program(28);
+            let turned = (f64::from(frame) * 0.1).cos();
+            problem
+                .linear
+                .iter_mut()
+                .enumerate()
+                .for_each(|(k, q)| *q *= if k % 3 == 0 { turned } else { 1. });
+            problem.hessian += DMatrix::identity(28, 28) * 0.1;
+            problem
+        })
+        .collect();
+    let stages: Vec<Stage> = alone
+        .iter()
+        .map(|problem| Stage {
+            hessian: problem.hessian.clone(),
+            linear: problem.linear.clone(),
+            lower: problem.lower.clone(),
+            upper: problem.upper.clone(),
+            rows: problem.inequality.clone(),
+            limits: problem.inequality_limit.clone(),
+        })
+        .collect();
+    let mut group = c.benchmark_group("60 frames of 28 muscles");
+    group.sample_size(10);
+    group.bench_function("each alone, Clarabel", |b| {
+        b.iter(|| alone.iter().filter(|problem| qp::solve(problem).is_ok()).count());
+    });
+    group.bench_function("each alone, active set", |b| {
+        b.iter(|| {
+            let mut active = StagedActiveSet::default();
+            let solved = |stage: &Stage, active: &mut StagedActiveSet| {
+                let problem = StagedProblem { stages: vec![stage.clone()], links: Vec::new() };
+                qp::solve_staged(&problem, active).is_some_and(|s| s.passes())
+            };
+            stages.iter().filter(|stage| solved(stage, &mut active)).count()
+        });
+    });
+    let link = Link { weight: DVector::from_element(28, 1.), rows: Vec::new() };
+    let whole = StagedProblem { links: vec![link; stages.len() - 1], stages };
+    group.bench_function("joined in time", |b| {
+        b.iter(|| qp::solve_staged(&whole, &mut StagedActiveSet::default()).is_some_and(|s| s.passes()));
+    });
     group.finish();
 }
 
@@ -65,5 +115,5 @@ fn fits(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, programs, fits);
+criterion_group!(benches, programs, frames, fits);
 criterion_main!(benches);

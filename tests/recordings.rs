@@ -36,6 +36,9 @@ enum Processor {
     Mips = 86,
 }
 
+/// Group, name, kind, dimensions and data of a parameter.
+type Parameter = (&'static str, &'static str, i8, Vec<u8>, Vec<u8>);
+
 /// A C3D file as its specification lays it out.
 #[derive(Clone)]
 struct C3d {
@@ -51,7 +54,7 @@ struct C3d {
     /// Analog numbers a frame.
     analog: u16,
     /// More parameters: group, name, type, dimensions, data.
-    more: Vec<(&'static str, &'static str, i8, Vec<u8>, Vec<u8>)>,
+    more: Vec<Parameter>,
     without: &'static [&'static str],
 }
 
@@ -253,7 +256,7 @@ fn c3d_of_more_frames_than_a_word_counts() {
         let document = read("a.c3d", &file.bytes());
         assert_eq!(document.recording.n_frames(), 70_000);
         assert_eq!(document.recording.times_s()[69_999], 69_999. / 50.);
-        assert_eq!(document.recording.frame(69_999)[0], vec3(1. + (69_999 % 7) as f64, 0., 0.));
+        assert_eq!(document.recording.frame(69_999)[0], vec3(1. + f64::from(69_999 % 7), 0., 0.));
     }
     // One that fits and disagrees is told.
     file.frames.truncate(3);

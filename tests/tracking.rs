@@ -102,19 +102,24 @@ fn a_known_movement_comes_back() {
     let face = coarse();
     let (neutral, recording) = recorded(&face, &times());
     // Markers that are sure leave no room for the wish to change little from frame to frame.
-    let map = MarkerMap {
+    let mut map = MarkerMap {
         neutral: Neutral::Positions(neutral),
         effort: 1e-7,
         sigma_mm: 0.002,
         ..MarkerMap::default()
     };
-    let track = Track::new(&face, &recording, map, HeldStiffness::At(HELD), false).expect("a subject");
-    assert!((track.subject.alignment.scale - 1.1).abs() < 1e-9 && track.subject.alignment_rms_mm < 1e-9);
-    let stable = &track.movement.head.stable;
+    let found =
+        Track::new(&face, &recording, map.clone(), HeldStiffness::At(HELD), false).expect("a subject");
+    let stable = &found.movement.head.stable;
     assert!(
         SKULL.iter().all(|(name, _)| stable.iter().any(|k| recording.names()[*k] == *name)),
         "{stable:?}"
     );
+    // Skin near the nose moves a little with the muscles, and the head that is found with it.
+    map.stable = SKULL.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let track = Track::new(&face, &recording, map, HeldStiffness::At(HELD), false).expect("a subject");
+    assert!(track.movement.head.rms_mm < 1e-9, "{}", track.movement.head.rms_mm);
+    assert!((track.subject.alignment.scale - 1.1).abs() < 1e-9 && track.subject.alignment_rms_mm < 1e-9);
     let swaps = &track.movement.swaps;
     assert_eq!(swaps.len(), 1, "{swaps:?}");
     assert!(
@@ -164,7 +169,7 @@ fn a_marker_that_is_off_alone_is_named_and_does_not_count() {
 #[test]
 fn threads_and_blocks_do_not_change_the_bytes() {
     let face = coarse();
-    let times: Vec<f64> = (0..500).map(|k| k as f64 / RATE_HZ).collect();
+    let times: Vec<f64> = (0..500).map(|k| f64::from(k) / RATE_HZ).collect();
     let (neutral, recording) = recorded(&face, &times);
     let map = MarkerMap { neutral: Neutral::Positions(neutral), ..MarkerMap::default() };
     let track = Track::new(&face, &recording, map, HeldStiffness::At(HELD), true).expect("a subject");

@@ -471,7 +471,7 @@ pub(crate) struct ReportOptions {
     /// Play the results, which are of one face, one after the other.
     #[arg(long)]
     pub(crate) sequence: bool,
-    /// Play the rows of a table of activations by superposition of the tangent at RESULT: columns time_s and the muscles'.
+    /// Play the rows of a table of activations by superposition of the tangent at RESULT: columns `time_s` and the muscles'.
     #[arg(long, value_name = "TABLE.csv", conflicts_with = "sequence")]
     pub(crate) frames: Option<PathBuf>,
 }
@@ -487,7 +487,7 @@ pub(crate) struct PlotOptions {
     /// The plot to write.
     #[arg(long, value_name = "FILE.svg", value_parser = |text: &str| parse_out(text, "svg", "plots are written as SVG"))]
     pub(crate) out: PathBuf,
-    /// The table of activations over time, of --kind time: columns time_s and the muscles'.
+    /// The table of activations over time, of --kind time: columns `time_s` and the muscles'.
     #[arg(long, value_name = "TABLE.csv")]
     pub(crate) frames: Option<PathBuf>,
 }
@@ -575,7 +575,7 @@ pub(crate) struct RegisterOptions {
                 as landmarks do not tell otherwise"
     )]
     pub(crate) scan: PathBuf,
-    /// Landmarks on it, eight at least: columns landmark, x_mm, y_mm, z_mm, or x, y, z in --unit.
+    /// Landmarks on it, eight at least: columns landmark, `x_mm`, `y_mm`, `z_mm`, or x, y, z in --unit.
     #[arg(long, value_name = "L.csv")]
     pub(crate) landmarks: PathBuf,
     /// The unit of the scan and of all other surfaces.

@@ -71,7 +71,7 @@ impl Similarity {
     }
 
     /// The same, pairs that end far from each other counting little: the least sum of `d^2 / (d^2 + width_mm^2)` over the
-    /// distances `d` that is found from the least squares (Geman and McClure 1987).
+    /// distances `d` that is found from the least squares (Geman and `McClure` 1987).
     pub fn robust(pairs: &[[Vec3; 2]], scale: Option<f64>, width_mm: f64) -> Option<Self> {
         let mut weights = vec![1.; pairs.len()];
         let mut best = Self::fit(pairs, &weights, scale)?;
@@ -138,7 +138,7 @@ mod tests {
         }
         assert!((found.scale - 1.07).abs() < 1e-12);
         let held = Similarity::fit(&pairs, &[1.; 6], Some(1.)).expect("not on a line");
-        assert!(held.scale == 1. && (held.rotation.inverse() * moved().rotation).angle() < 1e-9);
+        assert!(held.scale == 1. && (held.rotation.matrix() - moved().rotation.matrix()).norm() < 1e-9);
     }
 
     #[test]

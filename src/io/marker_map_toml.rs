@@ -27,7 +27,7 @@ struct MapTable {
     unit: String,
     /// First and last time of the neutral frames, s; the first frame when absent.
     neutral_s: Option<[f64; 2]>,
-    /// A file of neutral positions, such as a CSV of marker,x_mm,y_mm,z_mm, beside this file; in place of `neutral_s`.
+    /// A file of neutral positions, such as a CSV of `marker,x_mm,y_mm,z_mm`, beside this file; in place of `neutral_s`.
     neutral_file: Option<String>,
     /// "moving", or "still" when the head's own movement was taken away already; "moving" when absent.
     #[schemars(extend("enum" = ["moving", "still"]))]
@@ -41,7 +41,7 @@ struct MapTable {
     /// Scale from the subject to the face; found when absent.
     #[schemars(range(min = 0.0))]
     scale: Option<f64>,
-    /// What becomes of markers more than 5 mm off the skin: "leave_out" or "refuse"; "leave_out" when absent.
+    /// What becomes of markers more than 5 mm off the skin: `"leave_out"` or `"refuse"`; `"leave_out"` when absent.
     #[schemars(extend("enum" = ["leave_out", "refuse"]))]
     off_skin: Option<String>,
     /// Standard deviation of a marker's position, mm, of measurement and model together; 0.5 when absent.
@@ -352,7 +352,7 @@ mod tests {
                 "unit = \"mm\"\nneutral_s = [0, 1]\nneutral_file = \"a\"\n",
                 "map.toml:3: neutral_file: give `neutral_s` or",
             ),
-            ("unit = \"mm\"\nsigma = 1\n", "map.toml:2: sigma: unknown field; did you mean `sigma_mm`"),
+            ("unit = \"mm\"\nsigma = 1\n", "map.toml:2: sigma: unknown field; did you mean sigma_mm?"),
             (
                 "unit = \"mm\"\n[[marker]]\nlabel = \"a\"\n[[marker]]\nlabel = \"a\"\n",
                 "map.toml:5: marker[1].label: `a` is mapped twice",

@@ -30,7 +30,7 @@ pub struct TrackJson {
     pub from_s: f64,
     /// Time of the last frame, s.
     pub to_s: f64,
-    /// How many frames ended how: "ok", "no_data", "underdetermined", "not_solved".
+    /// How many frames ended how: `"ok"`, `"no_data"`, `"underdetermined"`, `"not_solved"`.
     pub statuses: BTreeMap<String, usize>,
     /// All markers over all frames.
     pub all: MetJson,

@@ -83,16 +83,14 @@ pub fn solve_staged(problem: &StagedProblem, active: &mut StagedActiveSet) -> Op
             Some(finder) => {
                 let Some(near) = finder(problem) else { continue };
                 *active = StagedActiveSet::of(problem, &near);
-                // Where it is the optimum already nothing is sharpened.
-                if found(near, exchanges) {
-                    break;
-                }
-                EXCHANGES
+                // Where it is the optimum already it need not be sharpened for long.
+                if found(near, exchanges) { HOT } else { EXCHANGES }
             }
         };
-        if let Some(point) = pivot(problem, active, within, &mut exchanges)
-            && found(point, exchanges)
-        {
+        if let Some(point) = pivot(problem, active, within, &mut exchanges) {
+            found(point, exchanges);
+        }
+        if best.as_ref().is_some_and(StagedSolution::passes) {
             break;
         }
     }

@@ -63,18 +63,16 @@ impl Mechanism {
         let jaw = freedom.zip(face.jaw.as_ref());
         let motions = jaw.map(|(freedom, jaw)| jaw_columns(jaw, &freedom, fixed, sites));
         let d = response.map.nrows();
-        let columns = |own: &DMatrix<f64>,
-                       constant: &DVector<f64>,
-                       moved: &dyn Fn(&(DVector<f64>, DVector<f64>)) -> DVector<f64>| {
+        let columns = |own: &DMatrix<f64>, constant: &DVector<f64>, moved: fn(&Moved) -> &DVector<f64>| {
             let mut all: Vec<DVector<f64>> = own.column_iter().map(|c| c.into_owned()).collect();
-            all.extend(motions.iter().flatten().map(moved));
+            all.extend(motions.iter().flatten().map(|motion| moved(motion).clone()));
             all.push(constant.clone());
             DMatrix::from_columns(&all)
         };
-        let observed = columns(&response.map, &DVector::zeros(d), &|motion| motion.0.clone());
+        let observed = columns(&response.map, &DVector::zeros(d), |motion| &motion.0);
         let contact = response.contact.map(|contact| {
             let ContactResponse { gap, approach, compliance, reach, .. } = contact;
-            Contacts { gaps: columns(&approach, &gap, &|motion| motion.1.clone()), compliance, reach }
+            Contacts { gaps: columns(&approach, &gap, |motion| &motion.1), compliance, reach }
         });
         let jaw = jaw.map(|(freedom, jaw)| Hinge { freedom, arm_mm: jaw.arm_mm() });
         Self { muscles: response.muscles, jaw, observed, contact }
@@ -226,13 +224,11 @@ impl TouchingPiece {
     }
 }
 
+/// Displacements of the points (d) and changes of the gaps (c), mm.
+type Moved = (DVector<f64>, DVector<f64>);
+
 /// What the jaw's `sin t`, `1 - cos t`, protrusion and shift do: displacements of the points (d) and changes of the gaps (c), mm.
-fn jaw_columns(
-    jaw: &Jaw,
-    freedom: &JawFreedom,
-    fixed: &FixedStiffness<'_>,
-    sites: &[Site],
-) -> Vec<(DVector<f64>, DVector<f64>)> {
+fn jaw_columns(jaw: &Jaw, freedom: &JawFreedom, fixed: &FixedStiffness<'_>, sites: &[Site]) -> Vec<Moved> {
     let opened = PROBES_MM.map(|q| fixed.moved_by(&Pose::opened(jaw, q), sites));
     let [(s1, v1), (s2, v2)] = PROBES_MM.map(|q| {
         let (sine, cosine) = (q / jaw.arm_mm()).sin_cos();

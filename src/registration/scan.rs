@@ -99,7 +99,7 @@ fn marked_pieces(sheet: Sheet, marked: &[usize], warnings: &mut Vec<Registration
     if left > 1e-3 * total {
         warnings.push(RegistrationWarning::Pieces { pieces: areas.len(), share: left / total });
     }
-    compact(points, triangles)
+    compact(&points, triangles)
 }
 
 /// What lies about `extent`.
@@ -110,7 +110,7 @@ fn about(surface: &Surface, extent: Extent) -> Surface {
         (0..3).all(|k| (lo[k]..=hi[k]).contains(&p[k]))
     };
     let near = surface.triangles.iter().filter(|t| t.iter().all(|&v| is_near(v))).copied();
-    compact(surface.points.clone(), near.collect())
+    compact(&surface.points, near.collect())
 }
 
 /// `surface` with the vertices in each cell of a grid joined at their mean (Rossignac and Borrel 1993).
@@ -149,7 +149,7 @@ fn thinned(surface: &Surface) -> Surface {
 }
 
 /// Without the points that no triangle has.
-fn compact(points: Vec<Vec3>, triangles: Vec<[usize; 3]>) -> Surface {
+fn compact(points: &[Vec3], triangles: Vec<[usize; 3]>) -> Surface {
     let mut number = vec![usize::MAX; points.len()];
     let mut kept = Vec::new();
     let mut renumbered = |v: usize| {

@@ -51,7 +51,7 @@ impl Similarity {
         is_one.then(|| Self { scale, rotation, translation: to - scale * (rotation * from) })
     }
 
-    /// The same, robust: pairs that are off count by Geman and McClure's weight `(c² / (c² + r²))²` with `c` the
+    /// The same, robust: pairs that are off count by Geman and `McClure`'s weight `(c² / (c² + r²))²` with `c` the
     /// `tolerance`, mm in the second frame. Returns the last weights, too.
     pub fn robust(pairs: &[[Vec3; 2]], tolerance: f64) -> Option<(Self, Vec<f64>)> {
         let mut weights = vec![1.; pairs.len()];
