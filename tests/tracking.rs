@@ -105,7 +105,7 @@ fn a_known_movement_comes_back() {
     let mut map = MarkerMap {
         neutral: Neutral::Positions(neutral),
         effort: 1e-7,
-        sigma_mm: 0.002,
+        sigma_mm: 0.02,
         ..MarkerMap::default()
     };
     let found =

@@ -220,7 +220,7 @@ fn of_table(table: MapTable, lines: &FieldLines) -> Result<MarkerMap, MarkerMapE
     };
     let mut markers = BTreeMap::new();
     for (k, marker) in table.marker.into_iter().enumerate() {
-        let field = |name: &str| format!("marker[{k}].{name}");
+        let field = |name: &str| format!("markers[{k}].{name}");
         let place = match (marker.landmark, marker.point_mm) {
             (Some(_), Some(_)) => {
                 let (at, one, other) = (at(&field("point_mm")), "landmark", "point_mm");
@@ -355,7 +355,7 @@ mod tests {
             ("unit = \"mm\"\nsigma = 1\n", "map.toml:2: sigma: unknown field; did you mean sigma_mm?"),
             (
                 "unit = \"mm\"\n[[marker]]\nlabel = \"a\"\n[[marker]]\nlabel = \"a\"\n",
-                "map.toml:5: marker[1].label: `a` is mapped twice",
+                "map.toml:5: markers[1].label: `a` is mapped twice",
             ),
             (
                 "unit = \"mm\"\n[[marker]]\nlabel = \"a\"\nlandmark = \"b\"\npoint_mm = [0, 0, 0]\n",
