@@ -94,7 +94,9 @@ fn linear(plan: &SurgicalPlan, face: &Face) -> Result<Operated, OperationError> 
 
 fn finite(plan: &SurgicalPlan, face: &Face) -> Result<Operated, OperationError> {
     let done = operate_at_finite_strain(plan, face)?;
-    let contact = MovedContact::of_finite(face, &done.movement);
+    // The arches go with the pieces that they are cut with.
+    let cut = plan.prepare(face)?.face;
+    let contact = MovedContact::of_finite(&cut, &done.movement);
     let state = at_rest(face, done.movement.displacement().to_vec(), contact.as_ref(), Vec::new());
     Ok(Operated {
         face: done.face,
