@@ -71,7 +71,7 @@ pub(crate) enum CliError {
     Subject { recording: PathBuf, error: Box<SubjectError> },
     #[error("{}: {error}", recording.display())]
     Track { recording: PathBuf, error: Box<TrackError> },
-    #[error("the series cannot be computed: {0}")]
+    #[error("the displacements of the face cannot be computed: {0}")]
     Displacements(Box<TrackError>),
     #[cfg(feature = "parquet")]
     #[error("activations.parquet cannot be put together: {0}")]

@@ -5,19 +5,20 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use modiolus::forward::Deformation;
 use modiolus::io::{
     AlignmentJson, BoundJson, FileSet, HeadJson, MappedRecording, MetJson, OutlierJson, ReadOptions,
     RecordingDocument, SwapJson, TrackBlocks, TrackJson, VtuData, frames_csv, read_mapped_recording,
     residuals_csv, sha256, sto_text, tracked_activations, vtu_text,
 };
 use modiolus::recording::{FrameStatus, Met, TrackSummary, TrackedFrame};
-use modiolus::study::Track;
+use modiolus::study::{Strain, Track};
 use modiolus::units::counted;
 
 use super::Outcome;
 use super::arguments::{ContactMode, TrackOptions};
 use super::error::CliError;
-use super::export::keep_inputs;
+use super::export::{beyond, keep_inputs};
 use super::load::{LoadedFace, input_name, load};
 use super::progress::{Progress, say};
 
@@ -57,6 +58,7 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     let blocks = TrackBlocks::new(&options.out, &key);
     let frames = fit(&track, &blocks, &mut progress)?;
     let summary = progress.step("sum_up", || track.summary(&loaded.face, &frames));
+    let beyond = progress.step("sum_up", || beyond_small(&track, &frames, &loaded))?;
 
     let mut set = FileSet::new(&options.out);
     let table = tracked_activations(&track, &frames);
@@ -73,6 +75,7 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
         set.without(&old);
     }
     let mut json = json(options, &document, &loaded, &track, &frames, &summary, inputs);
+    json.warnings.extend(beyond);
     json.timings_s = progress.timings_s();
     json.files = set.sha256();
     let text = json.to_text()?;
@@ -130,6 +133,26 @@ fn fit(track: &Track, blocks: &TrackBlocks, progress: &mut Progress) -> Result<V
         Some(error) => Err(error.into()),
         None => Ok(frames),
     }
+}
+
+/// What is told of the frame in which the muscles do most, where the linear model does not describe it.
+fn beyond_small(
+    track: &Track,
+    frames: &[TrackedFrame],
+    loaded: &LoadedFace,
+) -> Result<Vec<String>, CliError> {
+    let effort = |frame: &TrackedFrame| frame.unknowns[..track.held.len()].iter().map(|a| a * a).sum::<f64>();
+    let most = (0..frames.len()).max_by(|a, b| effort(&frames[*a]).total_cmp(&effort(&frames[*b])));
+    let Some(most) = most else { return Ok(Vec::new()) };
+    let fields = track
+        .displacements(&[&frames[most].unknowns])
+        .map_err(|error| CliError::Displacements(Box::new(error)))?;
+    let told = |u: &Vec<f64>| beyond(Strain::Linear, &Deformation::of(&loaded.face.mesh, u));
+    Ok(fields
+        .iter()
+        .flat_map(told)
+        .map(|warning| format!("frame {most}, in which the muscles do most: {warning}; a target that takes this frame from the recording is fitted so"))
+        .collect())
 }
 
 /// Every `every`th frame as VTU, and a PVD that says when each is.

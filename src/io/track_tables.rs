@@ -15,9 +15,10 @@ pub fn tracked_activations(track: &Track, frames: &[TrackedFrame]) -> Activation
     ActivationTable { times_s: track.times_s().to_vec(), rows, muscles }
 }
 
-/// `frames.csv`: what became of each frame, and where the jaw is, mm.
+/// `frames.csv`: what became of each frame, the share of its movement that is explained, and where the jaw is, mm.
 pub fn frames_csv(track: &Track, frames: &[TrackedFrame], names: Option<&[String]>) -> String {
-    let mut text = String::from("frame,name,time_s,status,markers,rms_mm,outliers,touching,contact_force_n");
+    let mut text =
+        String::from("frame,name,time_s,status,markers,rms_mm,explained,outliers,touching,contact_force_n");
     for name in JAW_UNKNOWNS {
         let _ = write!(text, ",{name}_mm");
     }
@@ -28,16 +29,22 @@ pub fn frames_csv(track: &Track, frames: &[TrackedFrame], names: Option<&[String
             .filter(counted)
             .filter_map(|b| frame.residual_mm[b].map(|r| r.norm_squared()))
             .collect();
+        let sum: f64 = squares.iter().sum();
+        let moved: f64 = (0..frame.residual_mm.len())
+            .filter(counted)
+            .filter_map(|b| track.movement.frame(k)[b].map(|u| u.norm_squared()))
+            .sum();
         let rms = match squares.len() {
             0 => String::new(),
-            n => (squares.iter().sum::<f64>() / n as f64).sqrt().to_string(),
+            n => (sum / n as f64).sqrt().to_string(),
         };
+        let explained = if moved > 0. { (1. - sum / moved).to_string() } else { String::new() };
         let outliers: Vec<&str> =
             frame.outliers.iter().map(|&b| track.subject.bound[b].label.as_str()).collect();
         let name = names.map_or("", |names| names[k].as_str());
         let _ = write!(
             text,
-            "{k},{},{time_s},{},{},{rms},{},{},{}",
+            "{k},{},{time_s},{},{},{rms},{explained},{},{},{}",
             entry(name),
             frame.status.name(),
             squares.len(),
