@@ -506,6 +506,10 @@ fn a_landmark_far_from_the_skin_or_twice_is_refused() {
     assert!(matches!(warnings[0].kind, FaceFileWarningKind::MovedLandmark { .. }), "{warnings:?}");
     let twice = refused("[tissue]", "[[points]]\nname = \"chin\"\nat_mm = [0, 0, 12]\n\n[tissue]");
     assert!(matches!(twice.kind, FaceFileErrorKind::Duplicate { .. }), "{twice}");
+    assert!(twice.to_string().contains("points[0].name"), "{twice}");
+    let nameless = refused("[tissue]", "[[points]]\nname = \" \"\nat_mm = [0, 0, 12]\n\n[tissue]");
+    assert!(nameless.to_string().contains("points[0].name"), "{nameless}");
+    assert!(nameless.to_string().contains("a name, by which targets call the point"), "{nameless}");
 }
 
 #[test]

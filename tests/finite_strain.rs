@@ -365,13 +365,15 @@ fn surfaces_stay_apart_whatever_the_path_and_both_sides_smile_alike() {
 
 #[test]
 fn pressed_lips_come_to_a_stable_rest_in_few_factorisations() {
-    // 43 as it is; 86 where the curvature of contact is taken away by quarters and factorised for each.
+    // 36 and 39 as it is; 42 and 516 where pairs of edges are as weak as their areas and steps stop at the first fall along
+    // negative curvature.
     let face = strong_face();
     let model = FiniteModel::new(&face, Some(FaceContact::new(&face).unwrap())).unwrap();
-    let a = both_sides(&face, &[("orbicularis_oris_marginalis", 1.)]);
-    let state = model.settle(&a, &Pose::rest()).unwrap();
-    assert!(state.is_stable() && state.load_steps() == 1);
-    assert!(state.cost().factorisations <= 60, "{:?}", state.cost());
+    for ring in ["orbicularis_oris_marginalis", "orbicularis_oris_peripheralis"] {
+        let state = model.settle(&both_sides(&face, &[(ring, 1.)]), &Pose::rest()).unwrap();
+        assert!(state.is_stable() && state.load_steps() == 1, "{ring}");
+        assert!(state.cost().factorisations <= 50, "{ring}: {:?}", state.cost());
+    }
 }
 
 #[test]
@@ -385,7 +387,8 @@ fn no_activation_has_a_slope_left_at_the_optimum_of_a_fit() {
     let fit = FiniteFit { model: &model, target: &target, observations: &observations };
     let answer = fit.solve(&DVector::from_element(names.len(), 0.2), |_| {}).unwrap();
     assert_eq!(answer.solution.status, Status::Solved);
-    assert!(answer.path_mm < 0.01, "{} mm from the face that is loaded from rest", answer.path_mm);
+    let path_mm = answer.path_mm.unwrap();
+    assert!(path_mm < 0.01, "{path_mm} mm from the face that is loaded from rest");
     // The objective itself, from the face at rest alone.
     let objective = |a: &[f64]| {
         let state = model.settle(a, &Pose::rest()).unwrap();

@@ -113,6 +113,7 @@ pub(crate) fn keep_inputs(
 ) -> Result<(), CliError> {
     let inputs: Vec<PathBuf> = inputs.keys().filter_map(|name| fs::canonicalize(name).ok()).collect();
     for path in paths {
+        WriteError::check(&path)?;
         if fs::canonicalize(&path).is_ok_and(|path| inputs.contains(&path)) {
             return Err(CliError::OverInput(path));
         }

@@ -18,7 +18,7 @@ const PLAUSIBLE_KPA: [f64; 2] = [1., 500.];
 const LEAST_KPA: f64 = 1e-9;
 const MOST_KPA: f64 = 1e12;
 const LEAST_N: f64 = 1e-9;
-const MOST_N: f64 = 1e6;
+const MOST_N: f64 = 1e4;
 
 /// A fibre that ends this near to a node on bone ends on bone, mm: half a cell.
 const ON_BONE_MM: f64 = 2.5;

@@ -20,9 +20,9 @@ use crate::qp::{Certificate, Point};
 /// Largest residual of the optimality conditions of an answer that may be called solved.
 const KKT: f64 = 1e-5;
 /// How near gradients are taken for those of one place: surfaces have corners, where the gradient jumps.
-const KINK: f64 = 1e-4;
+const KINK: f64 = 1e-3;
 /// Places whose gradients are remembered.
-const MOST_SIDES: usize = 4;
+const MOST_SIDES: usize = 8;
 /// Steps before a fit is given up.
 const MOST_STEPS: usize = 60;
 /// Half width of the first trust region.
@@ -58,10 +58,12 @@ pub struct FiniteFit<'a> {
 pub struct FiniteAnswer {
     /// The answer; its certificate is that of the objective itself, at the face at rest.
     pub solution: Solution,
-    /// The face under the answer, reached from rest along the loading path; `None` when there is no answer.
+    /// The face under the answer, reached from rest along the loading path, or as the fit did where it is not found that
+    /// way (a warning says so); `None` when there is no answer.
     pub state: Option<FiniteState>,
-    /// Farthest that a node lies from where the fit had it, mm, when the face is loaded from rest.
-    pub path_mm: f64,
+    /// Farthest that a node lies from where the fit had it, mm, when the face is loaded from rest; `None` where it is not
+    /// found that way.
+    pub path_mm: Option<f64>,
     /// The programs solved on the way.
     pub history: Vec<SequentialStep>,
     /// What it took.
@@ -143,15 +145,24 @@ impl FiniteFit<'_> {
         let mut solution = best.solution()?;
         // What `forward` shows under these activations.
         let there = &best.here.state;
-        let state = self.model.settle(there.activation(), there.pose())?;
+        let (state, path_mm) = match self.model.settle(there.activation(), there.pose()) {
+            Ok(state) => {
+                let apart = state.positions().iter().zip(there.positions()).map(|(a, b)| (a - b).norm());
+                let apart_mm = apart.fold(0., f64::max);
+                if apart_mm > SAME_MM {
+                    solution.warnings.push(Warning::Path { apart_mm });
+                }
+                (state, Some(apart_mm))
+            }
+            Err(FiniteError::NoRest { reached }) => {
+                solution.warnings.push(Warning::OwnPath { reached });
+                (there.clone(), None)
+            }
+            Err(error) => return Err(error.into()),
+        };
         cost.add(state.cost());
-        let apart = state.positions().iter().zip(there.positions()).map(|(a, b)| (a - b).norm());
-        let path_mm = apart.fold(0., f64::max);
         if !state.is_stable() {
             solution.warnings.push(Warning::Unstable);
-        }
-        if path_mm > SAME_MM {
-            solution.warnings.push(Warning::Path { apart_mm: path_mm });
         }
         Ok(FiniteAnswer { solution, state: Some(state), path_mm, history, cost, others, start_mm })
     }
@@ -325,6 +336,6 @@ impl FiniteAnswer {
     fn without(solution: Solution) -> Self {
         let (history, others, cost) = (Vec::new(), Vec::new(), SettlingCost::default());
         let start_mm = DVector::zeros(0);
-        Self { solution, state: None, path_mm: 0., history, cost, others, start_mm }
+        Self { solution, state: None, path_mm: None, history, cost, others, start_mm }
     }
 }

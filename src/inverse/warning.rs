@@ -72,6 +72,11 @@ pub enum Warning {
         /// How far the two places are apart, mm, where most.
         apart_mm: f64,
     },
+    /// The face is not found at rest when it is loaded from rest: the fit came there another way.
+    OwnPath {
+        /// Share of the load up to which it is.
+        reached: f64,
+    },
 }
 
 impl Warning {
@@ -104,7 +109,7 @@ impl Warning {
             Self::Unstable => {
                 "read the state as one of several that contact holds, or ask for less where lips press"
             }
-            Self::Path { .. } => {
+            Self::Path { .. } | Self::OwnPath { .. } => {
                 "the state depends on how the muscles came to act: read the answer as one of several, or ask for less"
             }
             Self::Outlier { .. } => {
@@ -155,6 +160,12 @@ impl fmt::Display for Warning {
             Self::Path { apart_mm } => write!(
                 f,
                 "loaded from rest the face comes to another place under these activations, {apart_mm:.3} mm off"
+            ),
+            Self::OwnPath { reached } => write!(
+                f,
+                "loaded from rest the face is not found at rest beyond {:.0} % of these activations, which the fit reached \
+                 another way",
+                100. * reached
             ),
             Self::Outlier { marker, residual_mm, sigmas } => write!(
                 f,

@@ -57,6 +57,21 @@ impl WriteError {
         Self { path: path.to_owned(), kind }
     }
 
+    /// Whether a file can come to stand at `path`, as far as can be seen before it is written: what is there is a regular
+    /// file or nothing, and so is no folder above it.
+    ///
+    /// # Errors
+    /// [`WriteError`] that says what stands in the way.
+    pub fn check(path: &Path) -> Result<(), Self> {
+        let above = path.ancestors().skip(1).find(|folder| folder.exists());
+        match above {
+            Some(file) if !file.is_dir() => {
+                Err(Self { path: file.to_owned(), kind: WriteErrorKind::NotAFolder })
+            }
+            _ => Self::check_regular(path),
+        }
+    }
+
     /// `path` may be written: it is absent or a regular file, or a link to one.
     pub(super) fn check_regular(path: &Path) -> Result<(), Self> {
         let not = |what| Err(Self { path: path.to_owned(), kind: WriteErrorKind::NotRegular { what } });

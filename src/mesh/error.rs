@@ -44,8 +44,9 @@ pub enum MeshError {
     },
     /// A size that no face has.
     #[error(
-        "the mesh measures {extent_mm:.4} mm across, but a face lies between {} mm and {} mm: are its \
+        "the mesh measures {} mm across, but a face lies between {} mm and {} mm: are its \
          coordinates metres, or its unit misstated? State the unit they are in",
+        (1e4 * extent_mm).round() / 1e4,
         super::validate::MIN_EXTENT_MM,
         super::validate::MAX_EXTENT_MM
     )]

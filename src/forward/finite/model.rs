@@ -14,8 +14,10 @@ use crate::forward::ForwardError;
 use crate::forward::model::fixed_dofs;
 use crate::units::Vec3;
 
-/// Least step of the load, as a share of the whole.
+/// Least step of the load, as a share of the whole,
 const LEAST_STEP: f64 = 1. / 256.;
+/// and where another state is near, from which a shorter way may be asked for.
+const LEAST_STEP_BESIDE: f64 = 1. / 4.;
 
 /// The finite-strain model of a face: everything that does not depend on activations and pose.
 ///
@@ -66,7 +68,7 @@ impl FiniteModel {
     pub fn settle(&self, a: &[f64], pose: &Pose) -> Result<FiniteState, FiniteError> {
         let none = vec![0.; a.len()];
         let newton = self.newton((*self.rest).clone());
-        self.along(newton, self.bones_at(&Pose::rest()), (&none, &Pose::rest()), (a, pose))
+        self.along(newton, self.bones_at(&Pose::rest()), (&none, &Pose::rest()), (a, pose), LEAST_STEP)
     }
 
     /// The face at rest under the activations `a` (m) with its bones at `pose`, reached from `state`.
@@ -79,15 +81,14 @@ impl FiniteModel {
         a: &[f64],
         pose: &Pose,
     ) -> Result<FiniteState, FiniteError> {
-        let newton = self.newton(state.hessian().clone());
-        self.along(newton, state.place().clone(), (state.activation(), state.pose()), (a, pose))
+        self.from(state, a, pose, LEAST_STEP)
     }
 
     /// The face at rest under the activations `a` (m) with its bones at `pose`, sought first where the `tangent` of
-    /// `state` predicts it as the unknowns change by `step`.
+    /// `state` predicts it as the unknowns change by `step`, then in no more than a few steps of the load.
     ///
     /// # Errors
-    /// As [`settle`](Self::settle).
+    /// As [`settle`](Self::settle); [`FiniteError::NoRest`] sooner.
     pub fn settle_beside(
         &self,
         state: &FiniteState,
@@ -105,8 +106,20 @@ impl FiniteModel {
             Some(found) => {
                 Ok(FiniteState::new((&self.face, &self.potential), newton.minimum(found), a, pose, 1))
             }
-            None => self.settle_from(state, a, pose),
+            None => self.from(state, a, pose, LEAST_STEP_BESIDE),
         }
+    }
+
+    fn from(
+        &self,
+        state: &FiniteState,
+        a: &[f64],
+        pose: &Pose,
+        least_step: f64,
+    ) -> Result<FiniteState, FiniteError> {
+        let newton = self.newton(state.hessian().clone());
+        let from = (state.activation(), state.pose());
+        self.along(newton, state.place().clone(), from, (a, pose), least_step)
     }
 
     /// From one load to another, all at once where that comes to rest, else by halves.
@@ -116,6 +129,7 @@ impl FiniteModel {
         mut place: Place,
         from: (&[f64], &Pose),
         to: (&[f64], &Pose),
+        least_step: f64,
     ) -> Result<FiniteState, FiniteError> {
         for (muscle, &value) in self.face.muscles.iter().zip(to.0) {
             if !(0. ..=1.).contains(&value) {
@@ -132,7 +146,7 @@ impl FiniteModel {
                     (place, done) = (found, next);
                     load_steps += 1;
                 }
-                None if step > LEAST_STEP => step *= 0.5,
+                None if step > least_step => step *= 0.5,
                 None => return Err(FiniteError::NoRest { reached: done }),
             }
         }

@@ -27,7 +27,10 @@ const SAME_PLACE_MM: f64 = 1e-3;
 
 /// A landmark as its file has it.
 struct Named {
+    /// Where the point is stated,
     at: Location,
+    /// and where its name is.
+    called: Location,
     name: String,
     point: Vec3,
     /// The carriers, where they are stated.
@@ -101,15 +104,17 @@ impl Reader<'_> {
                         FaceFileError::new(row.at(CARRIERS), FaceFileErrorKind::Value { value, accepted })
                     })?),
                 };
-                named.push(Named { at: row.at("landmark"), name, point, site });
+                let at = row.at("landmark");
+                named.push(Named { called: at.clone(), at, name, point, site });
             }
             check_scale("the cloud of all landmarks", &named, mesh)
                 .map_err(|kind| FaceFileError::new(rows.location(), kind))?;
         }
         let in_file = named.len();
         for (k, point) in table.points.iter().enumerate() {
-            let (name, at) = (point.name.clone(), self.location(&format!("points[{k}].at_mm")));
-            named.push(Named { at, name, point: Vec3::from(point.at_mm), site: None });
+            let [at, called] = ["at_mm", "name"].map(|field| self.location(&format!("points[{k}].{field}")));
+            let (name, point) = (point.name.clone(), Vec3::from(point.at_mm));
+            named.push(Named { at, called, name, point, site: None });
         }
         check_scale("the cloud of all points", &named[in_file..], mesh)
             .map_err(|kind| self.error("points", kind))?;
@@ -117,13 +122,16 @@ impl Reader<'_> {
         let limit_mm = table.max_projection_mm;
         let mut landmarks: Vec<Landmark> = Vec::with_capacity(named.len());
         let mut names = HashSet::with_capacity(named.len());
-        for Named { at, name, point: p, site } in named {
+        for Named { at, called, name, point: p, site } in named {
             if name.trim().is_empty() {
                 let (value, accepted) = (name, "a name, by which targets call the point".to_owned());
-                return Err(FaceFileError::new(at, FaceFileErrorKind::Value { value, accepted }));
+                return Err(FaceFileError::new(called, FaceFileErrorKind::Value { value, accepted }));
             }
             if !names.insert(name.clone()) {
-                return Err(FaceFileError::new(at, FaceFileErrorKind::Duplicate { what: "landmark", name }));
+                return Err(FaceFileError::new(
+                    called,
+                    FaceFileErrorKind::Duplicate { what: "landmark", name },
+                ));
             }
             if let Some(site) = site {
                 landmarks.push(Landmark { name, site });
