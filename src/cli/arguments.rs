@@ -342,6 +342,13 @@ pub(crate) struct TrackOptions {
     /// How lips, cheeks and teeth touch.
     #[arg(long, value_parser = parse_forward_contact, value_name = "reactions|off", default_value = "reactions")]
     pub(crate) contact: ContactMode,
+    /// Write the interval that the noise allows each activation in every Kth frame, too: what its markers determine.
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) intervals: Option<u16>,
+    /// How far the model may be from the face, for the intervals: not at all, as far as another mesh, or as far as another
+    /// anatomist's muscles.
+    #[arg(long, value_name = "none|mesh|anatomy", default_value = "anatomy", value_parser = parse_discrepancy)]
+    pub(crate) discrepancy: Discrepancy,
     /// Write every Kth frame of the whole face, too, and series.pvd that lists them.
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) series: Option<u16>,

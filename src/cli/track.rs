@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use modiolus::forward::Deformation;
 use modiolus::io::{
-    AlignmentJson, BoundJson, FileSet, HeadJson, MappedRecording, MetJson, OutlierJson, ReadOptions,
-    RecordingDocument, SwapJson, TrackBlocks, TrackJson, VtuData, frames_csv, read_mapped_recording,
-    residuals_csv, sha256, sto_text, tracked_activations, vtu_text,
+    AlignmentJson, BoundJson, FileSet, HeadJson, IntervalsJson, MappedRecording, MetJson, OutlierJson,
+    ReadOptions, RecordingDocument, SwapJson, TrackBlocks, TrackJson, VtuData, frames_csv, intervals_csv,
+    read_mapped_recording, residuals_csv, sha256, sto_text, tracked_activations, vtu_text,
 };
 use modiolus::recording::{FrameStatus, Met, TrackSummary, TrackedFrame};
 use modiolus::study::{Strain, Track};
@@ -31,6 +31,8 @@ const FILES: [&str; 6] = [
     "residuals.csv",
     "summary.json",
 ];
+/// The table of intervals, where they were asked for.
+const INTERVALS: &str = "intervals.csv";
 /// The list of the series and what its files begin with.
 const SERIES: [&str; 2] = ["series.pvd", "frame_"];
 
@@ -43,7 +45,7 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
         files.iter().map(|file| (input_name(&file.path), file.sha256.clone())).collect();
     let loaded = load(&options.face, &mut progress)?.with_strength(options.strength);
     inputs.extend(loaded.inputs.clone());
-    keep_inputs(&inputs, FILES.map(|name| options.out.join(name)))?;
+    keep_inputs(&inputs, FILES.iter().chain([&INTERVALS]).map(|name| options.out.join(name)))?;
     let track = progress
         .step("prepare", || {
             let has_contact = options.contact != ContactMode::Off;
@@ -60,6 +62,11 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     let summary = progress.step("sum_up", || track.summary(&loaded.face, &frames));
     let beyond = progress.step("sum_up", || beyond_small(&track, &frames, &loaded))?;
 
+    let intervals = options.intervals.map(usize::from).map(|every| {
+        let found = progress.step("intervals", || track.intervals(&frames, every, &options.discrepancy));
+        (IntervalsJson::of(&track, &found, every, &options.discrepancy), found)
+    });
+
     let mut set = FileSet::new(&options.out);
     let table = tracked_activations(&track, &frames);
     set.put("activations.csv", table.to_csv().into_bytes());
@@ -68,6 +75,10 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     set.put("activations.parquet", table.parquet().map_err(CliError::Parquet)?);
     set.put("frames.csv", frames_csv(&track, &frames, document.recording.frame_names()).into_bytes());
     set.put("residuals.csv", residuals_csv(&track, &frames).into_bytes());
+    match &intervals {
+        Some((_, found)) => set.put(INTERVALS, intervals_csv(&track, &frames, found).into_bytes()),
+        None => set.without(INTERVALS),
+    }
     if let Some(every) = options.series {
         progress.step("series", || put_series(&mut set, &track, &frames, &loaded, every.into()))?;
     }
@@ -76,6 +87,7 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     }
     let mut json = json(options, &document, &loaded, &track, &frames, &summary, inputs);
     json.warnings.extend(beyond);
+    json.intervals = intervals.map(|(told, _)| told);
     json.timings_s = progress.timings_s();
     json.files = set.sha256();
     let text = json.to_text()?;
@@ -243,6 +255,7 @@ fn json(
         held_stiffness: muscles.iter().cloned().zip(track.held.iter().copied()).collect(),
         activations: muscles.iter().cloned().zip((0..m).map(|k| range(&|frame| frame.unknowns[k]))).collect(),
         jaw_opening_mm: track.mechanism.jaw().map(|_| range(&opening)),
+        intervals: None,
         certificate: summary.certificate,
         warnings,
         face_warnings: loaded.warnings.clone(),
@@ -292,9 +305,15 @@ fn told(options: &TrackOptions, json: &TrackJson) -> String {
     json.regions.iter().for_each(|(name, m)| row(name, &met(m)));
     row("all", &met(&json.all));
     let width = json.activations.keys().map(String::len).max().unwrap_or(0);
-    text += &format!("\n{:width$}   activation, per cent: least   mean   most\n", "muscle");
+    let widths = json.intervals.as_ref().map(|found| &found.mean_width);
+    let head = if widths.is_some() { "   interval" } else { "" };
+    text += &format!("\n{:width$}   activation, per cent: least   mean   most{head}\n", "muscle");
     for (muscle, [least, mean, most]) in &json.activations {
-        text += &format!("{muscle:width$} {:29.0} {:6.0} {:6.0}\n", 100. * least, 100. * mean, 100. * most);
+        text += &format!("{muscle:width$} {:29.0} {:6.0} {:6.0}", 100. * least, 100. * mean, 100. * most);
+        if let Some(width) = widths.and_then(|widths| widths.get(muscle)) {
+            text += &format!(" {:10.0}", 100. * width);
+        }
+        text.push('\n');
     }
     if let Some([least, mean, most]) = json.jaw_opening_mm {
         text += &format!("{:width$} {least:29.1} {mean:6.1} {most:6.1}\n", "jaw opening, mm");

@@ -6,10 +6,12 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde::Serialize;
 
+use super::DiscrepancyJson;
 use super::schema::{pretty, schema_of};
 use super::solution_json::to_text;
+use crate::certainty::Discrepancy;
 use crate::recording::{BoundMarker, LabelSwap, Met, OffSkinMarker, SubjectWarning, TrackSummary};
-use crate::study::Track;
+use crate::study::{FrameIntervals, Track};
 
 /// A recording fitted, as `summary.json` states it. Lengths mm, forces N, times s, frames from 0; byte-identical from run to
 /// run apart from `timings_s`.
@@ -52,6 +54,8 @@ pub struct TrackJson {
     pub activations: BTreeMap<String, [f64; 3]>,
     /// Least, mean and greatest opening of the jaw, mm; null where it rests.
     pub jaw_opening_mm: Option<[f64; 3]>,
+    /// What `intervals.csv` comes to; null where no intervals were asked for.
+    pub intervals: Option<IntervalsJson>,
     /// Largest violation of the optimality conditions, recomputed from the programs.
     pub certificate: f64,
     /// What is odd.
@@ -66,6 +70,40 @@ pub struct TrackJson {
     pub files: BTreeMap<String, String>,
     /// Version of the program.
     pub version: String,
+}
+
+/// Intervals of the unknowns in some frames.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct IntervalsJson {
+    /// From how many frames one was taken.
+    pub every: usize,
+    /// How many frames have intervals.
+    pub frames: usize,
+    /// How far the model was taken to be from the face.
+    pub discrepancy: DiscrepancyJson,
+    /// By how much the standard deviations had to be multiplied for the residuals to be likely; mean of the frames.
+    pub noise_factor: f64,
+    /// Mean width of the interval of each muscle's activation; 1 where nothing is determined.
+    pub mean_width: BTreeMap<String, f64>,
+}
+
+impl IntervalsJson {
+    /// Those of every `every`th frame of `track` with a model as far from the face as `discrepancy`.
+    pub fn of(track: &Track, intervals: &[FrameIntervals], every: usize, discrepancy: &Discrepancy) -> Self {
+        let mean = |of: &dyn Fn(&FrameIntervals) -> f64| {
+            intervals.iter().map(of).sum::<f64>() / intervals.len().max(1) as f64
+        };
+        let width = |k: usize| mean(&|f| f.intervals.max[k] - f.intervals.min[k]);
+        let muscles = track.mechanism.muscles.iter().enumerate();
+        Self {
+            every,
+            frames: intervals.len(),
+            discrepancy: DiscrepancyJson::from(discrepancy),
+            noise_factor: mean(&|f| f.intervals.noise_factor),
+            mean_width: muscles.map(|(k, name)| (name.clone(), width(k))).collect(),
+        }
+    }
 }
 
 /// How well markers are met.

@@ -9,6 +9,8 @@ use super::marker_map::Dynamics;
 use super::mechanism::{Mechanism, TouchingPiece};
 use super::movement::Movement;
 use super::subject::Subject;
+use crate::certainty::SeenPoints;
+use crate::inverse::ActivationBounds;
 use crate::qp::{Link, LinkRow, Stage, StagedActiveSet, StagedProblem, solve_staged};
 use crate::units::Vec3;
 
@@ -85,6 +87,8 @@ pub struct Tracker<'a> {
     mechanism: &'a Mechanism,
     movement: &'a Movement,
     times_s: &'a [f64],
+    /// The points at rest (b), mm.
+    points_mm: Vec<Vec3>,
     /// `1/sigma` of each component (d), 1/mm.
     weights: DVector<f64>,
     effort: f64,
@@ -129,7 +133,8 @@ impl<'a> Tracker<'a> {
         let axis = [1., 1., depth_weight];
         let weights = subject.bound.iter().flat_map(|b| axis.map(|w| w / b.sigma_mm));
         let weights = DVector::from_iterator(3 * subject.bound.len(), weights);
-        Self { mechanism, movement, times_s, weights, effort, dynamics }
+        let points_mm = subject.bound.iter().map(|b| b.site.position).collect();
+        Self { mechanism, movement, times_s, points_mm, weights, effort, dynamics }
     }
 
     /// The frames of each block, in order.
@@ -161,6 +166,34 @@ impl<'a> Tracker<'a> {
         }
         let kept = block.start - window.start..block.end - window.start;
         fitted.drain(kept).collect()
+    }
+
+    /// What the markers of a frame that was fitted say of its unknowns: those that were seen and count, on the tangent there,
+    /// with the contacts that touch there.
+    pub fn seen(&self, frame: &TrackedFrame) -> SeenPoints {
+        let x = DVector::from_column_slice(&frame.unknowns);
+        let xi = self.mechanism.features(&x);
+        let open = self.mechanism.open();
+        let piece = match self.mechanism.touching(&xi, &open) {
+            Ok(Some(touching)) => self.mechanism.piece(touching),
+            _ => open,
+        };
+        let map = self.mechanism.by_unknowns(&piece.observed, &x);
+        let counted: Vec<usize> = (0..frame.residual_mm.len())
+            .filter(|b| frame.residual_mm[*b].is_some() && !frame.outliers.contains(b))
+            .collect();
+        let rows: Vec<usize> = counted.iter().flat_map(|b| 3 * b..3 * b + 3).collect();
+        let residual = counted.iter().filter_map(|&b| frame.residual_mm[b]).flat_map(|r| [r.x, r.y, r.z]);
+        let (min, max) = self.mechanism.bounds();
+        SeenPoints {
+            points_mm: counted.iter().map(|&b| self.points_mm[b]).collect(),
+            map: map.select_rows(&rows),
+            n_muscles: self.mechanism.muscles.len(),
+            residual_mm: DVector::from_iterator(rows.len(), residual),
+            weights: self.weights.select_rows(&rows),
+            x,
+            bounds: ActivationBounds { min, max },
+        }
     }
 
     /// Markers of each frame that are far from what the others say: beyond 4 standard deviations and 4 times what is usual

@@ -5,6 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::certainty::{Discrepancy, Intervals};
 use crate::face::{ContactReach, ContactSearch, Face};
 use crate::forward::{ContactError, ForwardError, Model};
 use crate::inverse::{Goal, Marker, Place};
@@ -75,6 +76,15 @@ pub fn recorded_markers(
         Marker { name: bound.label.clone(), at, goal, sigma_mm: bound.sigma_mm }
     };
     Ok((subject.bound.iter().zip(movement.frame(frame)).map(marker).collect(), subject.warnings))
+}
+
+/// What the markers of a frame determine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameIntervals {
+    /// The frame, from 0.
+    pub frame: usize,
+    /// Intervals of its unknowns.
+    pub intervals: Intervals,
 }
 
 /// A recording on a face, ready to be fitted block by block.
@@ -171,6 +181,23 @@ impl Track {
     ) -> Vec<TrackedFrame> {
         let blocks: Vec<Vec<TrackedFrame>> = self.blocks().into_par_iter().map(fit).collect();
         blocks.into_iter().flatten().collect()
+    }
+
+    /// Intervals of the unknowns of every `every`th of `frames` with a model as far from the face as `discrepancy`, by the
+    /// frame's own markers; frames of which no marker counts have none.
+    pub fn intervals(
+        &self,
+        frames: &[TrackedFrame],
+        every: usize,
+        discrepancy: &Discrepancy,
+    ) -> Vec<FrameIntervals> {
+        let tracker = self.tracker(&self.movement, &self.times_s);
+        let of = |frame: usize| {
+            let intervals = tracker.seen(&frames[frame]).intervals(discrepancy)?;
+            Some(FrameIntervals { frame, intervals })
+        };
+        let asked: Vec<usize> = (0..frames.len()).step_by(every.max(1)).collect();
+        asked.into_par_iter().filter_map(of).collect()
     }
 
     /// Displacements (3n each), mm, of the whole face at the unknowns of some frames (n each).
