@@ -279,7 +279,7 @@ fn a_known_movement_comes_back() {
         for (found, true_value) in frame.unknowns.iter().zip(&a) {
             worst = worst.max((found - true_value).abs());
         }
-        let jaw = track.mechanism.jaw_mm(&frame.unknowns).expect("a jaw");
+        let jaw = track.mechanism().jaw_mm(&frame.unknowns).expect("a jaw");
         worst_jaw = worst_jaw.max((jaw[0] - opening_mm).abs());
     }
     assert!(worst < 0.03, "activation off by {worst:.4}");
@@ -318,7 +318,7 @@ impl Found {
         let intervals = track.intervals(&frames, 10, &Discrepancy::MESH);
         assert_eq!(intervals.len(), FRAMES / 10);
         let (mut determined, mut held, mut count) = (BTreeMap::new(), 0, 0);
-        for (k, name) in track.mechanism.muscles.iter().enumerate() {
+        for (k, name) in track.mechanism().muscles.iter().enumerate() {
             let own = truth.muscle_index(name).expect("a muscle");
             let true_value = |frame: usize| Other::activation(truth, times[frame])[own];
             let width = |f: &FrameIntervals| f.intervals.max[k] - f.intervals.min[k];

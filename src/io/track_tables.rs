@@ -9,7 +9,7 @@ use crate::study::{FrameIntervals, Track};
 
 /// Activations of the `frames` of `track` over time.
 pub fn tracked_activations(track: &Track, frames: &[TrackedFrame]) -> ActivationTable {
-    let muscles = track.mechanism.muscles.clone();
+    let muscles = track.mechanism().muscles.clone();
     let row = |frame: &TrackedFrame| frame.unknowns[..muscles.len()].to_vec();
     let rows = frames.iter().map(row).collect();
     ActivationTable { times_s: track.times_s().to_vec(), rows, muscles }
@@ -52,7 +52,7 @@ pub fn frames_csv(track: &Track, frames: &[TrackedFrame], names: Option<&[String
             frame.touching,
             frame.contact_force_n
         );
-        for jaw_mm in track.mechanism.jaw_mm(&frame.unknowns).unwrap_or([0.; 3]) {
+        for jaw_mm in track.mechanism().jaw_mm(&frame.unknowns).unwrap_or([0.; 3]) {
             let _ = write!(text, ",{jaw_mm}");
         }
         text.push('\n');
@@ -64,12 +64,12 @@ pub fn frames_csv(track: &Track, frames: &[TrackedFrame], names: Option<&[String
 /// have intervals.
 pub fn intervals_csv(track: &Track, frames: &[TrackedFrame], intervals: &[FrameIntervals]) -> String {
     let mut text = String::from("frame,time_s,noise_factor,unknown,value,min,max\n");
-    let muscles = &track.mechanism.muscles;
+    let muscles = &track.mechanism().muscles;
     let names = muscles.iter().cloned().chain(JAW_UNKNOWNS.iter().map(|name| format!("{name}_mm")));
     let names: Vec<String> = names.map(|name| entry(&name).into_owned()).collect();
     for FrameIntervals { frame, intervals } in intervals {
         let shown = |x: &[f64]| -> Vec<f64> {
-            let jaw = track.mechanism.jaw_mm(x);
+            let jaw = track.mechanism().jaw_mm(x);
             x[..muscles.len()].iter().copied().chain(jaw.into_iter().flatten()).collect()
         };
         let (value, min, max) = (
