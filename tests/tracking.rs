@@ -3,20 +3,21 @@
 mod common;
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use common::Random;
 use modiolus::certainty::Discrepancy;
 use modiolus::face::{Face, Pose, Similarity, standard, standard::Resolution};
 use modiolus::forward::Model;
 use modiolus::forward::finite::FiniteModel;
+use modiolus::io::{ReadOptions, read_mapped_recording};
 use modiolus::mesh::Site;
 use modiolus::recording::{
-    FrameStatus, MarkerMap, Neutral, OffSkin, Recording, Subject, SubjectError, SubjectWarning,
+    FrameStatus, MarkerMap, Neutral, OffSkin, Recording, Subject, SubjectError, SubjectWarning, TrackedFrame,
 };
-use modiolus::study::{FrameIntervals, HeldStiffness, Track};
+use modiolus::study::{FrameIntervals, HeldStiffness, Mechanics, Mover, Stiffness, Strain, Track};
 use modiolus::units::Vec3;
 use nalgebra::Rotation3;
 
@@ -368,6 +369,44 @@ fn activations_of_another_mesh_come_back() {
     Found::of(&usual, &finite, &coarse).assert();
 }
 
+/// The face settled under its own stiffness, muscle by muscle as it is active, is what a stiffness that follows is to describe.
+#[test]
+fn a_stiffness_that_follows_describes_the_face_that_stiffens() {
+    let face = coarse();
+    let mechanics = Mechanics { strain: Strain::Linear, stiffness: Stiffness::Activated, contact: false };
+    let mover = Mover::new(&face, mechanics).expect("a face that moves");
+    // Twice as much as the gestures, so that stiffness matters.
+    let other = Other::new(&face, |a, pose| {
+        let a: Vec<f64> = a.iter().map(|a| 2. * a).collect();
+        mover.settle(&a, pose).expect("at rest").displacement
+    });
+    let (neutral, recording) = other.recorded(&times());
+    let map = MarkerMap {
+        neutral: Neutral::Positions(neutral),
+        stable: SKULL.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        sigma_mm: NOISE_MM,
+        ..MarkerMap::default()
+    };
+    let [held, follows] = [HeldStiffness::Mean, HeldStiffness::Follow].map(|stiffness| {
+        let track = Track::new(&face, &recording, map.clone(), stiffness, false).expect("a subject");
+        let frames = track.fit_all(|block| track.fit(block));
+        assert!(frames.iter().all(|f| f.status == FrameStatus::Ok));
+        let checked = track.check(&frames, Strain::Linear).expect("a face that moves");
+        assert!(checked.failed.is_empty() && checked.frames.len() == 1, "{checked:?}");
+        let strongest = checked.frames[0].frame;
+        let x = &frames[strongest].unknowns;
+        let field = track.displacements(&frames, &[strongest]).expect("solved").remove(0);
+        let pose = track.mechanism().pose(&face, x);
+        let anew = mover.settle(&x[..face.muscles.len()], &pose).expect("at rest").displacement;
+        let apart = field.iter().zip(&anew).map(|(a, b)| (a - b).abs()).fold(0., f64::max);
+        (checked.frames[0], apart)
+    });
+    assert!(follows.0.rms_mm < 0.05, "{:?}", follows.0);
+    assert!(follows.0.rms_mm < 0.3 * held.0.rms_mm, "{:?} {:?}", follows.0, held.0);
+    // The whole face is shown at each frame's own stiffness.
+    assert!(follows.1 < 1e-9 && held.1 > 0.1, "{:e} {:e}", follows.1, held.1);
+}
+
 #[test]
 fn a_marker_that_is_off_alone_is_named_and_does_not_count() {
     let face = coarse();
@@ -383,6 +422,48 @@ fn a_marker_that_is_off_alone_is_named_and_does_not_count() {
     let summary = track.summary(&face, &track.fit_all(|block| track.fit(block)));
     let named: Vec<(usize, &str)> = summary.outliers.iter().map(|o| (o.frame, o.marker.as_str())).collect();
     assert_eq!(named, [(70, "pogonion")]);
+}
+
+#[test]
+fn every_frame_has_a_status() {
+    let face = coarse();
+    let times = times()[..60].to_vec();
+    let (neutral, recording) = recorded(&face, &times);
+    let m = recording.names().len();
+    let on_face = m - SKULL.len();
+    let mut positions: Vec<Option<Vec3>> = (0..60).flat_map(|f| recording.frame(f).to_vec()).collect();
+    positions[20 * m..20 * m + on_face].fill(None);
+    // 15 components of 28 muscles.
+    positions[30 * m + 5..30 * m + on_face].fill(None);
+    // The head is out of sight for longer than its place is interpolated.
+    (40..58).for_each(|f| positions[f * m + on_face..(f + 1) * m].fill(None));
+    let recording = Recording::new(recording.names().to_vec(), times, positions).expect("whole");
+    let map = MarkerMap {
+        neutral: Neutral::Positions(neutral),
+        stable: SKULL.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        ..MarkerMap::default()
+    };
+    let track = Track::new(&face, &recording, map, HeldStiffness::At(HELD), false).expect("a subject");
+    let frames = track.fit_all(|block| track.fit(block));
+    assert_eq!(frames.len(), 60);
+    for (f, frame) in frames.iter().enumerate() {
+        let status = match f {
+            20 | 40..58 => FrameStatus::NoData,
+            30 => FrameStatus::Underdetermined,
+            _ => FrameStatus::Ok,
+        };
+        assert_eq!(frame.status, status, "{f}");
+        assert!(frame.unknowns.iter().all(|x| x.is_finite()), "{f}");
+    }
+    // Nothing is said of a frame in which nothing is seen.
+    let intervals = track.intervals(&frames, 10, &Discrepancy::MESH);
+    let with: Vec<usize> = intervals.iter().map(|i| i.frame).collect();
+    assert_eq!(with, [0, 10, 30]);
+    let width = |k: usize| {
+        let i = &intervals[k].intervals;
+        (&i.max - &i.min).rows(0, track.mechanism().muscles.len()).mean()
+    };
+    assert!(width(2) > 1.3 * width(1), "fewer markers say less: {:.2} {:.2}", width(2), width(1));
 }
 
 #[test]
@@ -504,21 +585,101 @@ fn result(folder: &Path) -> BTreeMap<String, String> {
 #[test]
 fn a_run_that_is_killed_goes_on_and_ends_the_same() {
     let folder = tempfile::tempdir().expect("a folder");
-    write(folder.path(), &coarse(), 1200);
+    write(folder.path(), &coarse(), 900);
+    let start = Instant::now();
     assert!(program(folder.path(), "whole").status().expect("run").success());
+    let whole_run = start.elapsed();
     let whole = result(&folder.path().join("whole"));
     for name in ["activations.csv", "activations.sto", "frames.csv", "residuals.csv", "summary.json"] {
         assert!(whole.contains_key(name), "{name}");
     }
-    let mut kept = 0;
+    let blocks = || std::fs::read_dir(folder.path().join("killed/.blocks")).map_or(0, Iterator::count);
+    let (mut random, mut kept) = (Random(9), 0);
     for k in 0..10 {
+        let before = blocks();
+        let moment = whole_run.mul_f64(0.7 * random.unit());
         let mut child = program(folder.path(), "killed").spawn().expect("run");
-        std::thread::sleep(Duration::from_millis(150 + 130 * k));
+        // At any moment, and every other time some way after a block was kept.
+        let start = Instant::now();
+        let is_due = || if k % 2 == 0 { start.elapsed() >= moment } else { blocks() > before };
+        while child.try_wait().expect("a state").is_none() && !is_due() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_millis(random.below(20) as u64));
         let _ = child.kill();
         child.wait().expect("ended");
-        kept += usize::from(folder.path().join("killed/.blocks").exists());
+        kept += usize::from(blocks() > 0);
     }
     assert!(program(folder.path(), "killed").status().expect("run").success());
     assert_eq!(result(&folder.path().join("killed")), whole);
     assert!(kept > 0, "killed too early each time");
+}
+
+/// The real recording `name` on the standard face without contact, by the map of the examples in `folder`.
+fn tracked(folder: &str, name: &str) -> (Track, Vec<TrackedFrame>, Recording) {
+    let data = PathBuf::from(std::env::var_os("MODIOLUS_DATA").expect("MODIOLUS_DATA"));
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(folder);
+    // The map names its neutral positions where the data are by default.
+    let text = std::fs::read_to_string(examples.join("map.toml")).expect("a map");
+    let here = data.canonicalize().expect("the data");
+    let text = text.replace("../../../shared/data", &here.to_string_lossy());
+    let copy = tempfile::tempdir().expect("a folder");
+    let map = copy.path().join("map.toml");
+    std::fs::write(&map, text).expect("written");
+    let read = read_mapped_recording(&data.join(name), Some(&map), &ReadOptions::default()).expect("read");
+    let recording = read.document.recording;
+    let face = standard(&Resolution::STANDARD);
+    let track = Track::new(&face, &recording, read.map, HeldStiffness::At(HELD), false).expect("a subject");
+    let frames = track.fit_all(|block| track.fit(block));
+    (track, frames, recording)
+}
+
+#[test]
+#[ignore = "needs MODIOLUS_DATA"]
+fn speech_is_tracked_alike_from_both_of_its_files() {
+    let [(track, frames, _), (_, same, _)] =
+        ["recording/speech.c3d", "recording/speech.trc"].map(|name| tracked("speech", name));
+    assert_eq!((frames.len(), same.len()), (900, 900));
+    let chin = track.subject.bound.iter().position(|b| b.label == "gnathion").expect("the chin");
+    let (mut pairs, mut worst) = (Vec::new(), 0_f64);
+    for (f, (one, other)) in frames.iter().zip(&same).enumerate() {
+        assert_eq!((one.status, other.status), (FrameStatus::Ok, FrameStatus::Ok), "{f}");
+        let apart = one.unknowns.iter().zip(&other.unknowns).map(|(a, b)| (a - b).abs());
+        worst = apart.fold(worst, f64::max);
+        let jaw = track.mechanism().jaw_mm(&one.unknowns).expect("a jaw");
+        if let Some(u) = track.movement.frame(f)[chin] {
+            pairs.push([jaw[0], u.norm()]);
+        }
+    }
+    // The digits of the text are 0.001 mm.
+    assert!(worst < 0.02, "{worst:.4}");
+    let mean = |k: usize| pairs.iter().map(|p| p[k]).sum::<f64>() / pairs.len() as f64;
+    let product = |i: usize, j: usize| {
+        let (a, b) = (mean(i), mean(j));
+        pairs.iter().map(|p| (p[i] - a) * (p[j] - b)).sum::<f64>()
+    };
+    let correlation = product(0, 1) / (product(0, 0) * product(1, 1)).sqrt();
+    assert!(correlation > 0.95, "jaw and chin: {correlation:.3}");
+    let summary = track.summary(&standard(&Resolution::STANDARD), &frames);
+    assert!(summary.all.explained.is_some_and(|e| e > 0.85) && summary.regions.len() >= 5, "{summary:?}");
+}
+
+#[test]
+#[ignore = "needs MODIOLUS_DATA"]
+fn expressions_of_a_scan_come_in_by_a_table_and_a_map() {
+    let (track, frames, recording) = tracked("ict", "ict_scan/expressions.csv");
+    let names = recording.frame_names().expect("names");
+    let stronger = |name: &str, left: &str, right: &str| {
+        let frame = &frames[names.iter().position(|n| n == name).expect("an expression")];
+        assert_eq!(frame.status, FrameStatus::Ok, "{name}");
+        let of = |muscle: &str| {
+            let k = track.mechanism().muscles.iter().position(|m| m == muscle).expect("a muscle");
+            frame.unknowns[k]
+        };
+        of(left) > of(right) + 0.2
+    };
+    let (l, r) = ("zygomaticus_major_l", "zygomaticus_major_r");
+    assert!(stronger("mouthSmile_L", l, r) && stronger("mouthSmile_R", r, l));
+    let (l, r) = ("depressor_labii_inferioris_l", "depressor_labii_inferioris_r");
+    assert!(stronger("mouthLowerDown_L", l, r) && stronger("mouthLowerDown_R", r, l));
 }
