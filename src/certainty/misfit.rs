@@ -48,14 +48,14 @@ impl Misfit {
         let seen = program.by_observed().select_rows(&data);
         let model = discrepancy.covariance(&program.points_mm, &program.space().observed, squares);
         let noise = DMatrix::identity(data.len(), data.len()) + &seen * model * seen.transpose();
-        Self::white(matrix, -value, noise)
+        Self::white(&matrix, &-value, noise)
     }
 
     /// That of data `matrix y = target` (rows x k), in standard deviations, whose errors have the covariance `noise`.
-    pub(super) fn white(matrix: DMatrix<f64>, target: DVector<f64>, noise: DMatrix<f64>) -> Option<Self> {
+    pub(super) fn white(matrix: &DMatrix<f64>, target: &DVector<f64>, noise: DMatrix<f64>) -> Option<Self> {
         let factor = Cholesky::new(noise)?;
         let white = |m: &DMatrix<f64>| factor.l().solve_lower_triangular(m);
-        let matrix = white(&matrix)?;
+        let matrix = white(matrix)?;
         let target =
             white(&DMatrix::from_column_slice(target.len(), 1, target.as_slice()))?.column(0).into_owned();
         let components = target.len();

@@ -94,6 +94,6 @@ impl SeenPoints {
             column.component_mul_assign(&(&self.weights * *weight));
         }
         noise += DMatrix::identity(target.len(), target.len());
-        Misfit::white(matrix, target, noise)
+        Misfit::white(&matrix, &target, noise)
     }
 }
