@@ -95,7 +95,7 @@ def main():
         assert max(np.abs(x - y).max() for x, y in zip(way(frames)[1], reference)) < 1e-6
         micro[name] = statistics.median(way(frames)[0] for _ in range(REPEATS)) / FRAMES * 1e6
         print(f"DAQP, {name}: {micro[name]:.1f} us a frame")
-    for name in ["each alone, active set", "each alone, Clarabel", "joined in time"]:
+    for name in ["each alone, active set", "each alone, Clarabel"]:
         places = Path(__file__).parent.parent.glob(f"target/criterion/60 frames*/{name.replace('/', '_')}/new/estimates.json")
         for place in places:
             own = json.loads(place.read_text())["median"]["point_estimate"] / FRAMES / 1e3
