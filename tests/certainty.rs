@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 
 use common::Random;
 use common::faces::{Body, observations, target};
-use modiolus::certainty::{Certainty, Determination, Discrepancy};
+use modiolus::certainty::{Certainty, Determination, Discrepancy, SeenPoints};
 use modiolus::face::standard::Resolution;
 use modiolus::face::{Face, Symmetry, standard};
 use modiolus::forward::{Model, Response};
 use modiolus::inverse::{
-    Bound, ContactMode, EffortMeasure, Goal, LimitKind, Loss, Marker, MuscleCost, Observations, Place, Prior,
-    Problem, Solution, Status, Target, Warning,
+    ActivationBounds, Bound, ContactMode, EffortMeasure, Goal, LimitKind, Loss, Marker, MuscleCost,
+    Observations, Place, Prior, Problem, Solution, Status, Target, Warning,
 };
 use modiolus::io::read_face;
 use modiolus::mesh::{Locator, Site};
@@ -89,6 +89,37 @@ fn residuals_that_noise_does_not_explain_raise_it() {
 }
 
 /// One marker of one component: what a cap would gain is the slope of the residual by the cap, whatever the effort is.
+/// A point that one muscle moves by 2 mm, seen 0.1 mm farther along than an activation of one half puts it, and `across` beside that.
+fn seen_point(across: f64) -> SeenPoints {
+    SeenPoints {
+        points_mm: vec![Vec3::zeros()],
+        map: DMatrix::from_column_slice(3, 1, &[2., 0., 0.]),
+        n_muscles: 1,
+        residual_mm: DVector::from_vec(vec![0.1, across, 0.]),
+        weights: DVector::from_element(3, 10.),
+        x: DVector::from_element(1, 0.5),
+        bounds: ActivationBounds { min: DVector::zeros(1), max: DVector::from_element(1, 1.) },
+    }
+}
+
+#[test]
+fn seen_points_have_the_interval_of_their_noise_about_what_fits_best() {
+    // 0.1 mm of 2 mm a unit, at 95 per cent.
+    let half = 1.959_964 * 0.1 / 2.;
+    let found = seen_point(0.).intervals(&Discrepancy::NONE).expect("an interval");
+    assert!((found.min[0] - (0.55 - half)).abs() < 1e-5, "{found:?}");
+    assert!((found.max[0] - (0.55 + half)).abs() < 1e-5, "{found:?}");
+    assert!((found.noise_factor - 1.).abs() < 1e-9, "{found:?}");
+    // Six standard deviations across leave 36 over two degrees of freedom.
+    let found = seen_point(0.6).intervals(&Discrepancy::NONE).expect("an interval");
+    assert!((found.noise_factor.powi(2) - 18.).abs() < 1e-6, "{found:?}");
+    assert!((found.max[0] - (0.55 + 18_f64.sqrt() * half)).abs() < 1e-5, "{found:?}");
+    // Where the muscle itself may be off, more is allowed.
+    let off = Discrepancy { strength: 0.2, shape: 0., length_mm: 10. };
+    let wider = seen_point(0.).intervals(&off).expect("an interval");
+    assert!(wider.max[0] - wider.min[0] > 2.2 * half, "{wider:?}");
+}
+
 #[test]
 fn the_gain_of_a_cap_is_the_slope_of_the_residual() {
     let (response, observed) = one_marker(&[[10., 0., 0.]]);

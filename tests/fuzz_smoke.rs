@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use modiolus::contact::closed_surface;
 use modiolus::io::{
-    ReadOptions, parse_mesh, parse_plan, parse_recording, parse_surface, parse_target, read_face,
-    recording_csv,
+    ReadOptions, parse_marker_map, parse_mesh, parse_plan, parse_recording, parse_surface, parse_target,
+    read_face, recording_csv,
 };
 use modiolus::mesh::{Locator, validate_shape};
 use modiolus::units::LengthUnit::Millimetre;
@@ -187,9 +187,10 @@ fn recordings() {
 }
 
 #[test]
-fn targets_and_plans() {
+fn targets_maps_and_plans() {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     smoke("target", 3, |bytes| drop(parse_target(&text(bytes), Path::new("a.toml"))));
+    smoke("map", 4, |bytes| drop(parse_marker_map(&text(bytes), Path::new("a.toml"))));
     smoke("plan", 3, |bytes| drop(parse_plan(&text(bytes), Path::new("a.toml"))));
 }
 

@@ -5,7 +5,8 @@ use std::sync::OnceLock;
 
 use modiolus::contact::closed_surface;
 use modiolus::io::{
-    ReadOptions, parse_mesh, parse_plan, parse_recording, parse_surface, parse_target, read_face, recording_csv,
+    ReadOptions, parse_marker_map, parse_mesh, parse_plan, parse_recording, parse_surface, parse_target, read_face,
+    recording_csv,
 };
 use modiolus::mesh::{Locator, validate_shape};
 use modiolus::units::LengthUnit::Millimetre;
@@ -76,6 +77,11 @@ fn beside(name: &str, bytes: &[u8], others: &[(&str, &str)]) -> &'static Path {
 /// A target.
 pub fn target(bytes: &[u8]) {
     let _ = parse_target(&String::from_utf8_lossy(bytes), Path::new("a.toml"));
+}
+
+/// A marker map.
+pub fn map(bytes: &[u8]) {
+    let _ = parse_marker_map(&String::from_utf8_lossy(bytes), Path::new("a.toml"));
 }
 
 /// A surgical plan.

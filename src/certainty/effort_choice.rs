@@ -111,7 +111,7 @@ impl Regularised<'_> {
         let effort = (&self.muscles * &y + &self.offset).norm_squared();
         let inside = |k: &usize| {
             let (lo, hi) = (self.bounds.min[*k], self.bounds.max[*k]);
-            y[*k] > lo + super::AT_LIMIT && y[*k] < hi - super::AT_LIMIT
+            y[*k] > lo + super::fitted::AT_LIMIT && y[*k] < hi - super::fitted::AT_LIMIT
         };
         let free: Vec<usize> = (0..y.len()).filter(inside).collect();
         let pick = |matrix: &DMatrix<f64>| matrix.select_rows(&free).select_columns(&free);

@@ -48,12 +48,17 @@ impl Misfit {
         let seen = program.by_observed().select_rows(&data);
         let model = discrepancy.covariance(&program.points_mm, &program.space().observed, squares);
         let noise = DMatrix::identity(data.len(), data.len()) + &seen * model * seen.transpose();
+        Self::white(&matrix, &-value, noise)
+    }
+
+    /// That of data `matrix y = target` (rows x k), in standard deviations, whose errors have the covariance `noise`.
+    pub(super) fn white(matrix: &DMatrix<f64>, target: &DVector<f64>, noise: DMatrix<f64>) -> Option<Self> {
         let factor = Cholesky::new(noise)?;
         let white = |m: &DMatrix<f64>| factor.l().solve_lower_triangular(m);
-        let matrix = white(&matrix)?;
+        let matrix = white(matrix)?;
         let target =
-            -white(&DMatrix::from_column_slice(value.len(), 1, value.as_slice()))?.column(0).into_owned();
-        let components = data.len();
+            white(&DMatrix::from_column_slice(target.len(), 1, target.as_slice()))?.column(0).into_owned();
+        let components = target.len();
         if matrix.ncols() == 0 {
             let (matrix, centre, singular) = (DMatrix::zeros(0, 0), DVector::zeros(0), DVector::zeros(0));
             return Some(Self {

@@ -8,9 +8,11 @@ mod determination;
 mod discrepancy;
 mod effort_choice;
 mod feasible;
+mod fitted;
 mod least_odd;
 mod misfit;
 mod posterior;
+mod seen_points;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -19,8 +21,10 @@ pub use design::{ChosenMarker, MarkerDesign};
 pub use determination::{Determination, UnknownCertainty, percent};
 pub use discrepancy::Discrepancy;
 pub use effort_choice::{EffortChoice, EffortPoint};
+pub use seen_points::{Intervals, SeenPoints};
 
 use self::feasible::{Feasible, Range};
+use self::fitted::Fitted;
 use self::misfit::Misfit;
 use self::posterior::Posterior;
 use crate::inverse::{FreeUnknowns, TangentProgram};
@@ -29,8 +33,6 @@ use crate::inverse::{FreeUnknowns, TangentProgram};
 const NEGLIGIBLE: f64 = 1e-9;
 /// Samples of the posterior: the first noise is only about right.
 const SAMPLES: [usize; 2] = [400, 2000];
-/// Distance to a limit at which an unknown lies on it.
-const AT_LIMIT: f64 = 1e-6;
 /// What another unknown must change by, as a share of the one that trades against it, to be named,
 const TRADED: f64 = 0.4;
 /// and how many are named.
@@ -216,11 +218,8 @@ impl Known {
         samples: usize,
         squares: &DVector<f64>,
     ) -> Option<Self> {
-        let misfit = Misfit::of(program, free, discrepancy, squares)?;
-        let best = misfit.best(&free.bounds)?;
-        let within = best.iter().zip(free.bounds.min.iter().zip(free.bounds.max.iter()));
-        let used = within.filter(|(y, (lo, hi))| **y > *lo + AT_LIMIT && **y < *hi - AT_LIMIT).count();
-        let misfit = misfit.with_birge(&best, used);
+        let Fitted { misfit, best } =
+            Fitted::of(Misfit::of(program, free, discrepancy, squares)?, &free.bounds)?;
         let n = program.n_unknowns();
         let (mean, covariance) = match Posterior::of(&misfit, &free.bounds, &best, samples) {
             Some(posterior) => (

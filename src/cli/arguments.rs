@@ -336,12 +336,24 @@ pub(crate) struct TrackOptions {
     /// How strong the muscles are, as a multiple of their `max_force_n`.
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = parse_strength)]
     pub(crate) strength: f64,
-    /// Where the stiffness of the muscles is held: each at its mean activation over the recording, or all at A.
-    #[arg(long, value_name = "mean|fixed=A", default_value = "mean", value_parser = parse_held)]
+    /// Where the stiffness of the muscles is held: each at its mean activation over the recording, or all at A; follow lets it
+    /// follow the activations.
+    #[arg(long, value_name = "mean|follow|fixed=A", default_value = "mean", value_parser = parse_held)]
     pub(crate) stiffness: HeldStiffness,
     /// How lips, cheeks and teeth touch.
     #[arg(long, value_parser = parse_forward_contact, value_name = "reactions|off", default_value = "reactions")]
     pub(crate) contact: ContactMode,
+    /// Write the interval that the noise allows each activation in every Kth frame, too: what its markers determine.
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) intervals: Option<u16>,
+    /// How far the model may be from the face, for the intervals: not at all, as far as another mesh, or as far as another
+    /// anatomist's muscles.
+    #[arg(long, value_name = "none|mesh|anatomy", default_value = "anatomy", value_parser = parse_discrepancy)]
+    pub(crate) discrepancy: Discrepancy,
+    /// Settle the face anew in the strongest frame of each block, its muscles as stiff as they are active, and tell how far the
+    /// markers are from where they were fitted.
+    #[arg(long, value_name = "linear|finite", value_parser = parse_strain)]
+    pub(crate) check: Option<Strain>,
     /// Write every Kth frame of the whole face, too, and series.pvd that lists them.
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) series: Option<u16>,
@@ -890,9 +902,10 @@ fn parse_opening(text: &str) -> Result<f64, String> {
 fn parse_held(text: &str) -> Result<HeldStiffness, String> {
     match text {
         "mean" => Ok(HeldStiffness::Mean),
+        "follow" => Ok(HeldStiffness::Follow),
         _ => parse_fixed(text)
             .map(HeldStiffness::At)
-            .map_err(|_| "write mean, or fixed=A with A from 0 to 1".to_owned()),
+            .map_err(|_| "write mean, follow, or fixed=A with A from 0 to 1".to_owned()),
     }
 }
 

@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use modiolus::forward::Deformation;
 use modiolus::io::{
-    AlignmentJson, BoundJson, FileSet, HeadJson, MappedRecording, MetJson, OutlierJson, ReadOptions,
-    RecordingDocument, SwapJson, TrackBlocks, TrackJson, VtuData, frames_csv, read_mapped_recording,
-    residuals_csv, sha256, sto_text, tracked_activations, vtu_text,
+    AlignmentJson, BoundJson, CheckedJson, FileSet, HeadJson, IntervalsJson, MappedRecording, MetJson,
+    OutlierJson, ReadOptions, RecordingDocument, SwapJson, TrackBlocks, TrackJson, VtuData, frames_csv,
+    intervals_csv, read_mapped_recording, residuals_csv, sha256, sto_text, tracked_activations, vtu_text,
 };
 use modiolus::recording::{FrameStatus, Met, TrackSummary, TrackedFrame};
 use modiolus::study::{Strain, Track};
@@ -31,6 +31,8 @@ const FILES: [&str; 6] = [
     "residuals.csv",
     "summary.json",
 ];
+/// The table of intervals, where they were asked for.
+const INTERVALS: &str = "intervals.csv";
 /// The list of the series and what its files begin with.
 const SERIES: [&str; 2] = ["series.pvd", "frame_"];
 
@@ -43,7 +45,7 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
         files.iter().map(|file| (input_name(&file.path), file.sha256.clone())).collect();
     let loaded = load(&options.face, &mut progress)?.with_strength(options.strength);
     inputs.extend(loaded.inputs.clone());
-    keep_inputs(&inputs, FILES.map(|name| options.out.join(name)))?;
+    keep_inputs(&inputs, FILES.iter().chain([&INTERVALS]).map(|name| options.out.join(name)))?;
     let track = progress
         .step("prepare", || {
             let has_contact = options.contact != ContactMode::Off;
@@ -58,7 +60,16 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     let blocks = TrackBlocks::new(&options.out, &key);
     let frames = fit(&track, &blocks, &mut progress)?;
     let summary = progress.step("sum_up", || track.summary(&loaded.face, &frames));
+    let checked = options.check.map(|strain| progress.step("check", || track.check(&frames, strain)));
+    let checked = checked
+        .transpose()
+        .map_err(|error| CliError::Study { face: loaded.called.clone(), error: Box::new(error) })?;
     let beyond = progress.step("sum_up", || beyond_small(&track, &frames, &loaded))?;
+
+    let intervals = options.intervals.map(usize::from).map(|every| {
+        let found = progress.step("intervals", || track.intervals(&frames, every, &options.discrepancy));
+        (IntervalsJson::of(&track, &found, every, &options.discrepancy), found)
+    });
 
     let mut set = FileSet::new(&options.out);
     let table = tracked_activations(&track, &frames);
@@ -68,6 +79,10 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     set.put("activations.parquet", table.parquet().map_err(CliError::Parquet)?);
     set.put("frames.csv", frames_csv(&track, &frames, document.recording.frame_names()).into_bytes());
     set.put("residuals.csv", residuals_csv(&track, &frames).into_bytes());
+    match &intervals {
+        Some((_, found)) => set.put(INTERVALS, intervals_csv(&track, &frames, found).into_bytes()),
+        None => set.without(INTERVALS),
+    }
     if let Some(every) = options.series {
         progress.step("series", || put_series(&mut set, &track, &frames, &loaded, every.into()))?;
     }
@@ -76,6 +91,13 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     }
     let mut json = json(options, &document, &loaded, &track, &frames, &summary, inputs);
     json.warnings.extend(beyond);
+    json.checked = checked.as_ref().map(CheckedJson::of);
+    json.warnings.extend(checked.iter().flat_map(|checked| &checked.failed).map(|(frame, error)| {
+        format!(
+            "frame {frame}, in which the muscles of its block do most, could not be settled anew: {error}"
+        )
+    }));
+    json.intervals = intervals.map(|(told, _)| told);
     json.timings_s = progress.timings_s();
     json.files = set.sha256();
     let text = json.to_text()?;
@@ -144,9 +166,8 @@ fn beyond_small(
     let effort = |frame: &TrackedFrame| frame.unknowns[..track.held.len()].iter().map(|a| a * a).sum::<f64>();
     let most = (0..frames.len()).max_by(|a, b| effort(&frames[*a]).total_cmp(&effort(&frames[*b])));
     let Some(most) = most else { return Ok(Vec::new()) };
-    let fields = track
-        .displacements(&[&frames[most].unknowns])
-        .map_err(|error| CliError::Displacements(Box::new(error)))?;
+    let fields =
+        track.displacements(frames, &[most]).map_err(|error| CliError::Displacements(Box::new(error)))?;
     let told = |u: &Vec<f64>| beyond(Strain::Linear, &Deformation::of(&loaded.face.mesh, u));
     Ok(fields
         .iter()
@@ -164,8 +185,8 @@ fn put_series(
     every: usize,
 ) -> Result<(), CliError> {
     let shown: Vec<usize> = (0..frames.len()).step_by(every).collect();
-    let unknowns: Vec<&[f64]> = shown.iter().map(|&f| frames[f].unknowns.as_slice()).collect();
-    let fields = track.displacements(&unknowns).map_err(|error| CliError::Displacements(Box::new(error)))?;
+    let fields =
+        track.displacements(frames, &shown).map_err(|error| CliError::Displacements(Box::new(error)))?;
     let mut pvd = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
     );
@@ -210,8 +231,8 @@ fn json(
         let mean = values().sum::<f64>() / frames.len() as f64;
         [values().fold(f64::INFINITY, f64::min), mean, values().fold(f64::NEG_INFINITY, f64::max)]
     };
-    let opening = |frame: &TrackedFrame| track.mechanism.jaw_mm(&frame.unknowns).map_or(0., |jaw| jaw[0]);
-    let muscles = &track.mechanism.muscles;
+    let opening = |frame: &TrackedFrame| track.mechanism().jaw_mm(&frame.unknowns).map_or(0., |jaw| jaw[0]);
+    let muscles = &track.mechanism().muscles;
     let mut warnings: Vec<String> = document.warnings.iter().map(ToString::to_string).collect();
     warnings.extend(track.subject.warnings.iter().map(ToString::to_string));
     warnings.extend(track.movement.swaps.iter().map(|swap| {
@@ -240,9 +261,12 @@ fn json(
             .iter()
             .map(|o| OutlierJson { frame: o.frame, marker: o.marker.clone(), residual_mm: o.residual_mm })
             .collect(),
+        stiffness: options.stiffness.text(),
         held_stiffness: muscles.iter().cloned().zip(track.held.iter().copied()).collect(),
         activations: muscles.iter().cloned().zip((0..m).map(|k| range(&|frame| frame.unknowns[k]))).collect(),
-        jaw_opening_mm: track.mechanism.jaw().map(|_| range(&opening)),
+        jaw_opening_mm: track.mechanism().jaw().map(|_| range(&opening)),
+        intervals: None,
+        checked: None,
         certificate: summary.certificate,
         warnings,
         face_warnings: loaded.warnings.clone(),
@@ -292,12 +316,31 @@ fn told(options: &TrackOptions, json: &TrackJson) -> String {
     json.regions.iter().for_each(|(name, m)| row(name, &met(m)));
     row("all", &met(&json.all));
     let width = json.activations.keys().map(String::len).max().unwrap_or(0);
-    text += &format!("\n{:width$}   activation, per cent: least   mean   most\n", "muscle");
+    let widths = json.intervals.as_ref().map(|found| &found.mean_width);
+    let head = if widths.is_some() { "   interval" } else { "" };
+    text += &format!("\n{:width$}   activation, per cent: least   mean   most{head}\n", "muscle");
     for (muscle, [least, mean, most]) in &json.activations {
-        text += &format!("{muscle:width$} {:29.0} {:6.0} {:6.0}\n", 100. * least, 100. * mean, 100. * most);
+        text += &format!("{muscle:width$} {:29.0} {:6.0} {:6.0}", 100. * least, 100. * mean, 100. * most);
+        if let Some(width) = widths.and_then(|widths| widths.get(muscle)) {
+            text += &format!(" {:10.0}", 100. * width);
+        }
+        text.push('\n');
     }
     if let Some([least, mean, most]) = json.jaw_opening_mm {
         text += &format!("{:width$} {least:29.1} {mean:6.1} {most:6.1}\n", "jaw opening, mm");
+    }
+    if let Some(checked) = &json.checked {
+        text += &format!(
+            "\nsettled anew at {} strain, {}:\n",
+            checked.strain,
+            counted(checked.frames.len(), "frame")
+        );
+        for frame in &checked.frames {
+            text += &format!(
+                "frame {}: markers {:.2} mm (rms) from where they were fitted, {:.2} at most; residual {:.2} mm\n",
+                frame.frame, frame.rms_mm, frame.most_mm, frame.residual_mm
+            );
+        }
     }
     if !json.outliers.is_empty() {
         let mut by_marker: BTreeMap<&str, usize> = BTreeMap::new();

@@ -13,7 +13,7 @@ const DEPENDENT: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub struct Touching {
     contacts: Vec<usize>,
-    /// Lower triangle, one row a contact.
+    /// Lower triangle by columns, each from its diagonal down.
     factor: Vec<Vec<f64>>,
 }
 
@@ -35,17 +35,14 @@ impl Touching {
     /// Adds a contact of the compliance `S`; false when its row repeats those held.
     pub fn add(&mut self, compliance: &DMatrix<f64>, contact: usize) -> bool {
         let column = compliance.column(contact);
-        let mut row: Vec<f64> = Vec::with_capacity(self.contacts.len() + 1);
-        for (held, &other) in self.factor.iter().zip(&self.contacts) {
-            let k = row.len();
-            row.push((column[other] - dot(&held[..k], &row)) / held[k]);
-        }
+        let mut row: Vec<f64> = self.contacts.iter().map(|&other| column[other]).collect();
+        forward(&self.factor, &mut row);
         let own = column[contact];
         let left = own - dot(&row, &row);
         let independent = left > DEPENDENT * own && !self.contacts.contains(&contact);
         if independent {
-            row.push(left.sqrt());
-            self.factor.push(row);
+            self.factor.iter_mut().zip(&row).for_each(|(column, &entry)| column.push(entry));
+            self.factor.push(vec![left.sqrt()]);
             self.contacts.push(contact);
         }
         independent
@@ -55,35 +52,30 @@ impl Touching {
     pub fn drop(&mut self, contact: usize) {
         let Some(at) = self.contacts.iter().position(|&i| i == contact) else { return };
         self.contacts.remove(at);
-        self.factor.remove(at);
-        // The rows below have one entry too many; rotations of neighbouring columns clear it.
-        for k in at..self.factor.len() {
-            let (x, y) = (self.factor[k][k], self.factor[k][k + 1]);
-            let length = x.hypot(y);
-            let (cosine, sine) = (x / length, y / length);
-            for row in &mut self.factor[k..] {
-                let (left, right) = (row[k], row[k + 1]);
-                row[k] = cosine * left + sine * right;
-                row[k + 1] = cosine * right - sine * left;
+        for (k, column) in self.factor[..at].iter_mut().enumerate() {
+            column.remove(at - k);
+        }
+        // L' L'' + v v' of the rows below: rotations take the dropped column `v` into the columns that stay.
+        let dropped = self.factor.remove(at);
+        let mut v = dropped[1..].to_vec();
+        for (k, column) in self.factor[at..].iter_mut().enumerate() {
+            let v = &mut v[k..];
+            let length = (column[0] * column[0] + v[0] * v[0]).sqrt();
+            let (cosine, sine) = (column[0] / length, v[0] / length);
+            for (entry, v) in column.iter_mut().zip(v) {
+                (*entry, *v) = (cosine * *entry + sine * *v, cosine * *v - sine * *entry);
             }
-            self.factor[k].truncate(k + 1);
         }
     }
 
     /// Solves `S_II x = v` in place, column by column (k x any).
     pub fn solve(&self, values: &mut DMatrix<f64>) {
-        let k = self.contacts.len();
         for mut column in values.column_iter_mut() {
             let x = column.as_mut_slice();
-            for i in 0..k {
-                x[i] = (x[i] - dot(&self.factor[i][..i], &x[..i])) / self.factor[i][i];
-            }
-            for i in (0..k).rev() {
-                x[i] /= self.factor[i][i];
-                let (above, own) = x.split_at_mut(i);
-                for (value, entry) in above.iter_mut().zip(&self.factor[i]) {
-                    *value -= own[0] * entry;
-                }
+            forward(&self.factor, x);
+            for (k, column) in self.factor.iter().enumerate().rev() {
+                let (own, below) = x[k..].split_at_mut(1);
+                own[0] = (own[0] - dot(&column[1..], below)) / column[0];
             }
         }
     }
@@ -112,6 +104,17 @@ impl Touching {
             opening.axpy(force, &compliance.column(i), 1.0);
         }
         opening
+    }
+}
+
+/// Solves `L x = v` in place, `L` being given by its columns from the diagonal down.
+fn forward(factor: &[Vec<f64>], x: &mut [f64]) {
+    for (k, column) in factor.iter().enumerate() {
+        let (own, below) = x[k..].split_at_mut(1);
+        own[0] /= column[0];
+        for (value, entry) in below.iter_mut().zip(&column[1..]) {
+            *value -= own[0] * entry;
+        }
     }
 }
 

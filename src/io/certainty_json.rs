@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::certainty::{Certainty, SideCertainty, UnknownCertainty};
+use crate::certainty::{Certainty, Discrepancy, SideCertainty, UnknownCertainty};
 
 /// Correlation from which a pair is listed.
 const LISTED: f64 = 0.3;
@@ -57,6 +57,13 @@ pub struct DiscrepancyJson {
     pub shape: f64,
     /// Length over which the errors of points go together, mm.
     pub length_mm: f64,
+}
+
+impl From<&Discrepancy> for DiscrepancyJson {
+    fn from(discrepancy: &Discrepancy) -> Self {
+        let Discrepancy { strength, shape, length_mm } = *discrepancy;
+        Self { strength, shape, length_mm }
+    }
 }
 
 /// What the data say about one unknown.
@@ -132,9 +139,8 @@ impl From<&Certainty> for CertaintyJson {
             let between = [names[j].to_owned(), names[i].to_owned()];
             (correlation.abs() >= LISTED).then_some(CorrelationJson { between, correlation })
         });
-        let crate::certainty::Discrepancy { strength, shape, length_mm } = certainty.discrepancy;
         Self {
-            discrepancy: DiscrepancyJson { strength, shape, length_mm },
+            discrepancy: DiscrepancyJson::from(&certainty.discrepancy),
             noise_factor: certainty.noise_factor,
             components: certainty.components,
             condition: certainty.condition.is_finite().then_some(certainty.condition),

@@ -114,8 +114,9 @@ pub use target_toml::{
 };
 pub use track_blocks::TrackBlocks;
 pub use track_json::{
-    AlignmentJson, BoundJson, HeadJson, MetJson, OutlierJson, SwapJson, TrackJson, track_schema,
+    AlignmentJson, BoundJson, CheckedFrameJson, CheckedJson, HeadJson, IntervalsJson, MetJson, OutlierJson,
+    SwapJson, TrackJson, track_schema,
 };
-pub use track_tables::{frames_csv, residuals_csv, tracked_activations};
+pub use track_tables::{frames_csv, intervals_csv, residuals_csv, tracked_activations};
 pub use vtk::{VtuData, vtu_text, write_vtu};
 pub use write_error::{WriteError, WriteErrorKind};

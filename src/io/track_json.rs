@@ -6,10 +6,12 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde::Serialize;
 
+use super::DiscrepancyJson;
 use super::schema::{pretty, schema_of};
 use super::solution_json::to_text;
+use crate::certainty::Discrepancy;
 use crate::recording::{BoundMarker, LabelSwap, Met, OffSkinMarker, SubjectWarning, TrackSummary};
-use crate::study::Track;
+use crate::study::{Checked, CheckedFrame, FrameIntervals, Track};
 
 /// A recording fitted, as `summary.json` states it. Lengths mm, forces N, times s, frames from 0; byte-identical from run to
 /// run apart from `timings_s`.
@@ -46,12 +48,18 @@ pub struct TrackJson {
     pub swaps: Vec<SwapJson>,
     /// Markers far from what the others say, which did not count.
     pub outliers: Vec<OutlierJson>,
-    /// Activation of each muscle at which the stiffness was held, 0 to 1.
+    /// Where the stiffness was held: "mean", "fixed=A", or "follow" where it follows the activations.
+    pub stiffness: String,
+    /// Activation of each muscle at which the stiffness was held, 0 to 1; the mean where it follows.
     pub held_stiffness: BTreeMap<String, f64>,
     /// Least, mean and greatest activation of each muscle.
     pub activations: BTreeMap<String, [f64; 3]>,
     /// Least, mean and greatest opening of the jaw, mm; null where it rests.
     pub jaw_opening_mm: Option<[f64; 3]>,
+    /// What `intervals.csv` comes to; null where no intervals were asked for.
+    pub intervals: Option<IntervalsJson>,
+    /// The face settled anew in the strongest frame of each block; null where that was not asked for.
+    pub checked: Option<CheckedJson>,
     /// Largest violation of the optimality conditions, recomputed from the programs.
     pub certificate: f64,
     /// What is odd.
@@ -66,6 +74,75 @@ pub struct TrackJson {
     pub files: BTreeMap<String, String>,
     /// Version of the program.
     pub version: String,
+}
+
+/// The face settled anew in the strongest frame of each block.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct CheckedJson {
+    /// How strain was measured: "linear" or "finite".
+    pub strain: String,
+    /// What was found in each.
+    pub frames: Vec<CheckedFrameJson>,
+}
+
+/// A frame in which the face was settled anew.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct CheckedFrameJson {
+    /// The frame, from 0.
+    pub frame: usize,
+    /// How far its markers are from where the recording's model has them, mm, root mean square.
+    pub rms_mm: f64,
+    /// The farthest of them, mm.
+    pub most_mm: f64,
+    /// Root mean square residual of its markers, mm.
+    pub residual_mm: f64,
+}
+
+impl CheckedJson {
+    /// What was found.
+    pub fn of(checked: &Checked) -> Self {
+        let one = |c: &CheckedFrame| {
+            let CheckedFrame { frame, rms_mm, most_mm, residual_mm } = *c;
+            CheckedFrameJson { frame, rms_mm, most_mm, residual_mm }
+        };
+        Self { strain: checked.strain.name().to_owned(), frames: checked.frames.iter().map(one).collect() }
+    }
+}
+
+/// Intervals of the unknowns in some frames.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct IntervalsJson {
+    /// From how many frames one was taken.
+    pub every: usize,
+    /// How many frames have intervals.
+    pub frames: usize,
+    /// How far the model was taken to be from the face.
+    pub discrepancy: DiscrepancyJson,
+    /// By how much the standard deviations had to be multiplied for the residuals to be likely; mean of the frames.
+    pub noise_factor: f64,
+    /// Mean width of the interval of each muscle's activation; 1 where nothing is determined.
+    pub mean_width: BTreeMap<String, f64>,
+}
+
+impl IntervalsJson {
+    /// Those of every `every`th frame of `track` with a model as far from the face as `discrepancy`.
+    pub fn of(track: &Track, intervals: &[FrameIntervals], every: usize, discrepancy: &Discrepancy) -> Self {
+        let mean = |of: &dyn Fn(&FrameIntervals) -> f64| {
+            intervals.iter().map(of).sum::<f64>() / intervals.len().max(1) as f64
+        };
+        let width = |k: usize| mean(&|f| f.intervals.max[k] - f.intervals.min[k]);
+        let muscles = track.mechanism().muscles.iter().enumerate();
+        Self {
+            every,
+            frames: intervals.len(),
+            discrepancy: DiscrepancyJson::from(discrepancy),
+            noise_factor: mean(&|f| f.intervals.noise_factor),
+            mean_width: muscles.map(|(k, name)| (name.clone(), width(k))).collect(),
+        }
+    }
 }
 
 /// How well markers are met.

@@ -5,11 +5,11 @@ use std::fmt::Write;
 use super::ActivationTable;
 use super::csv::entry;
 use crate::recording::{JAW_UNKNOWNS, TrackedFrame};
-use crate::study::Track;
+use crate::study::{FrameIntervals, Track};
 
 /// Activations of the `frames` of `track` over time.
 pub fn tracked_activations(track: &Track, frames: &[TrackedFrame]) -> ActivationTable {
-    let muscles = track.mechanism.muscles.clone();
+    let muscles = track.mechanism().muscles.clone();
     let row = |frame: &TrackedFrame| frame.unknowns[..muscles.len()].to_vec();
     let rows = frames.iter().map(row).collect();
     ActivationTable { times_s: track.times_s().to_vec(), rows, muscles }
@@ -52,10 +52,35 @@ pub fn frames_csv(track: &Track, frames: &[TrackedFrame], names: Option<&[String
             frame.touching,
             frame.contact_force_n
         );
-        for jaw_mm in track.mechanism.jaw_mm(&frame.unknowns).unwrap_or([0.; 3]) {
+        for jaw_mm in track.mechanism().jaw_mm(&frame.unknowns).unwrap_or([0.; 3]) {
             let _ = write!(text, ",{jaw_mm}");
         }
         text.push('\n');
+    }
+    text
+}
+
+/// `intervals.csv`: value, least and greatest value of each activation, and of each movement of the jaw, mm, in the frames that
+/// have intervals.
+pub fn intervals_csv(track: &Track, frames: &[TrackedFrame], intervals: &[FrameIntervals]) -> String {
+    let mut text = String::from("frame,time_s,noise_factor,unknown,value,min,max\n");
+    let muscles = &track.mechanism().muscles;
+    let names = muscles.iter().cloned().chain(JAW_UNKNOWNS.iter().map(|name| format!("{name}_mm")));
+    let names: Vec<String> = names.map(|name| entry(&name).into_owned()).collect();
+    for FrameIntervals { frame, intervals } in intervals {
+        let shown = |x: &[f64]| -> Vec<f64> {
+            let jaw = track.mechanism().jaw_mm(x);
+            x[..muscles.len()].iter().copied().chain(jaw.into_iter().flatten()).collect()
+        };
+        let (value, min, max) = (
+            shown(&frames[*frame].unknowns),
+            shown(intervals.min.as_slice()),
+            shown(intervals.max.as_slice()),
+        );
+        let (time_s, factor) = (track.times_s()[*frame], intervals.noise_factor);
+        for (k, name) in names.iter().take(value.len()).enumerate() {
+            let _ = writeln!(text, "{frame},{time_s},{factor},{name},{},{},{}", value[k], min[k], max[k]);
+        }
     }
     text
 }

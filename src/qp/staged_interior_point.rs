@@ -146,7 +146,7 @@ impl Factor {
         let mut blocks: Vec<Cholesky<f64, Dyn>> = Vec::with_capacity(own.len());
         for (t, mut block) in own.into_iter().enumerate() {
             if let Some(before) = blocks.last() {
-                let (inverse, coupling) = (before.inverse(), &couplings[t - 1]);
+                let (inverse, coupling) = (inverse(before), &couplings[t - 1]);
                 for j in 0..n {
                     for i in 0..n {
                         block[(i, j)] -= coupling[i] * inverse[(i, j)] * coupling[j];
@@ -172,6 +172,30 @@ impl Factor {
         }
         value
     }
+}
+
+/// `A^-1` from the factor of `A`: `L^-1`, whose columns begin at the diagonal, then `L^-T L^-1`.
+fn inverse(factor: &Cholesky<f64, Dyn>) -> DMatrix<f64> {
+    let lower = factor.l_dirty();
+    let n = lower.nrows();
+    let mut half = DMatrix::<f64>::identity(n, n);
+    for (j, mut column) in half.column_iter_mut().enumerate() {
+        let x = column.as_mut_slice();
+        for k in j..n {
+            let below = lower.view((k, k), (n - k, 1));
+            let (own, rest) = x[k..].split_at_mut(1);
+            own[0] /= below[0];
+            rest.iter_mut().zip(below.iter().skip(1)).for_each(|(x, l)| *x -= own[0] * l);
+        }
+    }
+    let mut whole = DMatrix::zeros(n, n);
+    for j in 0..n {
+        for i in j..n {
+            let dot = half.view((i, i), (n - i, 1)).dot(&half.view((i, j), (n - i, 1)));
+            (whole[(i, j)], whole[(j, i)]) = (dot, dot);
+        }
+    }
+    whole
 }
 
 /// A point near the optimum of `problem`, by Mehrotra's predictor and corrector (1992, SIAM J Optim 2:575); `None` where it does
@@ -246,5 +270,18 @@ fn point(problem: &StagedProblem, x: Vec<DVector<f64>>, multiplier: &PerConstrai
     StagedPoint {
         stages: stages.collect(),
         links: multiplier.links.iter().map(|z| z.as_slice().to_vec()).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_inverse_is_one() {
+        let half = DMatrix::from_fn(7, 7, |i, j| ((3 * i + 5 * j) % 7) as f64 - 2.);
+        let matrix = half.tr_mul(&half) + DMatrix::identity(7, 7);
+        let factor = matrix.clone().cholesky().expect("positive definite");
+        assert!((inverse(&factor) * matrix - DMatrix::identity(7, 7)).amax() < 1e-12);
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::marker_map::JawFreedom;
 use crate::face::{Face, Jaw, Pose, RigidMotion};
-use crate::forward::{ContactError, ContactResponse, FixedStiffness, Touching, forces_holding};
+use crate::forward::{ContactError, ContactResponse, FixedStiffness, Response, Touching, forces_holding};
 use crate::mesh::Site;
 use crate::units::Vec3;
 
@@ -58,18 +58,42 @@ impl Mechanism {
     /// That of the points `sites` at the stiffness of `fixed`, whose model has the contact candidates, with a jaw of so much
     /// `freedom` where there is one.
     pub fn new(fixed: &FixedStiffness<'_>, sites: &[Site], freedom: Option<JawFreedom>) -> Self {
+        Self::of(fixed, fixed.response(sites), sites, freedom)
+    }
+
+    /// That of the same points where it is right to first order: about the unknowns `x` (n), whose activations are those of the
+    /// stiffness of `fixed`. A change of activation there changes the stiffness, too.
+    ///
+    /// # Errors
+    /// [`ContactError`] when no contact forces hold the face there.
+    pub fn about(
+        fixed: &FixedStiffness<'_>,
+        sites: &[Site],
+        freedom: Option<JawFreedom>,
+        x: &[f64],
+    ) -> Result<Self, ContactError> {
         let response = fixed.response(sites);
+        let held = Self::of(fixed, response.clone(), sites, freedom);
+        let u = held.displacement(fixed, x)?;
+        Ok(Self::of(fixed, fixed.tangent(sites, &response, &u), sites, freedom))
+    }
+
+    fn of(
+        fixed: &FixedStiffness<'_>,
+        response: Response,
+        sites: &[Site],
+        freedom: Option<JawFreedom>,
+    ) -> Self {
         let face = fixed.model().face();
         let jaw = freedom.zip(face.jaw.as_ref());
         let motions = jaw.map(|(freedom, jaw)| jaw_columns(jaw, &freedom, fixed, sites));
-        let d = response.map.nrows();
         let columns = |own: &DMatrix<f64>, constant: &DVector<f64>, moved: fn(&Moved) -> &DVector<f64>| {
             let mut all: Vec<DVector<f64>> = own.column_iter().map(|c| c.into_owned()).collect();
             all.extend(motions.iter().flatten().map(|motion| moved(motion).clone()));
             all.push(constant.clone());
             DMatrix::from_columns(&all)
         };
-        let observed = columns(&response.map, &DVector::zeros(d), |motion| &motion.0);
+        let observed = columns(&response.map, &response.offset, |motion| &motion.0);
         let contact = response.contact.map(|contact| {
             let ContactResponse { gap, approach, compliance, reach, .. } = contact;
             Contacts { gaps: columns(&approach, &gap, |motion| &motion.1), compliance, reach }
@@ -140,6 +164,16 @@ impl Mechanism {
         slopes
     }
 
+    /// Second derivative, by the jaw's opening, of what has the slopes `by_features` (w) at `x`; zero by all other unknowns.
+    pub(super) fn bend(&self, by_features: &DVector<f64>, x: &DVector<f64>) -> f64 {
+        let m = self.muscles.len();
+        self.jaw.as_ref().map_or(0., |Hinge { freedom, arm_mm }| {
+            let rate = freedom.opening_mm / arm_mm;
+            let (sine, cosine) = (x[m] * rate).sin_cos();
+            rate * rate * (cosine * by_features[m + 1] - sine * by_features[m])
+        })
+    }
+
     /// Nothing touches.
     pub(super) fn open(&self) -> TouchingPiece {
         let forces = DMatrix::zeros(0, self.observed.ncols());
@@ -147,7 +181,7 @@ impl Mechanism {
         TouchingPiece { touching, observed: self.observed.clone(), forces }
     }
 
-    /// The contacts that touch at the features `xi`, sought from those of `near`; `None` where they are the same.
+    /// The contacts that touch at the features `xi`, sought from those of `near`; `None` without contact.
     pub(super) fn touching(
         &self,
         xi: &DVector<f64>,
@@ -155,7 +189,7 @@ impl Mechanism {
     ) -> Result<Option<Touching>, ContactError> {
         let Some(contact) = &self.contact else { return Ok(None) };
         let (_, touching) = forces_holding(&contact.compliance, &(&contact.gaps * xi), Some(&near.touching))?;
-        Ok((touching.contacts() != near.touching.contacts()).then_some(touching))
+        Ok(Some(touching))
     }
 
     /// The movement while `touching` goes on touching.
@@ -176,6 +210,19 @@ impl Mechanism {
         let Some(contact) = &self.contact else { return Ok(Vec::new()) };
         let free = &contact.gaps * self.features(&DVector::from_column_slice(x));
         Ok(forces_holding(&contact.compliance, &free, None)?.0.as_slice().to_vec())
+    }
+
+    /// Displacement (3n), mm, of the whole face at the unknowns `x` (n) with the stiffness of `fixed`.
+    ///
+    /// # Errors
+    /// [`ContactError`] when no contact forces hold the face.
+    pub fn displacement(&self, fixed: &FixedStiffness<'_>, x: &[f64]) -> Result<Vec<f64>, ContactError> {
+        let mut u = fixed.displacement(&x[..self.muscles.len()], &self.contact_forces(x)?);
+        let pose = self.pose(fixed.model().face(), x);
+        if !pose.is_rest() {
+            u.iter_mut().zip(fixed.lifted_by(&pose)).for_each(|(u, lift)| *u += lift);
+        }
+        Ok(u)
     }
 
     /// Where the jaw of `face` is at the unknowns `x` (n).
@@ -222,6 +269,13 @@ impl TouchingPiece {
     pub(super) fn force_n(&self, xi: &DVector<f64>) -> f64 {
         (&self.forces * xi).iter().map(|f| f.max(0.)).fold(0., |sum, f| sum + f)
     }
+}
+
+/// Its contacts, ascending.
+pub(super) fn sorted(touching: &Touching) -> Vec<usize> {
+    let mut contacts = touching.contacts().to_vec();
+    contacts.sort_unstable();
+    contacts
 }
 
 /// Displacements of the points (d) and changes of the gaps (c), mm.

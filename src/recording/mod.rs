@@ -6,8 +6,8 @@
 mod error;
 mod head;
 mod marker_map;
-
 mod mechanism;
+mod mechanisms;
 mod movement;
 #[expect(clippy::module_inception, reason = "one noun a file")]
 mod recording;
@@ -20,6 +20,7 @@ pub use error::{OffSkinMarker, SubjectError};
 pub use head::HeadMotion;
 pub use marker_map::{Dynamics, JawFreedom, MappedMarker, MarkerMap, MarkerPlace, Neutral, OffSkin};
 pub use mechanism::{JAW_UNKNOWNS, Mechanism};
+pub use mechanisms::Mechanisms;
 pub use movement::{LabelSwap, Movement};
 pub use recording::{FrameChoice, Recording, RecordingError};
 pub use subject::{BoundMarker, OFF_SKIN_MM, Subject, SubjectWarning};

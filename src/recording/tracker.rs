@@ -6,9 +6,12 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::marker_map::Dynamics;
-use super::mechanism::{Mechanism, TouchingPiece};
+use super::mechanism::{TouchingPiece, sorted};
+use super::mechanisms::Mechanisms;
 use super::movement::Movement;
 use super::subject::Subject;
+use crate::certainty::SeenPoints;
+use crate::inverse::ActivationBounds;
 use crate::qp::{Link, LinkRow, Stage, StagedActiveSet, StagedProblem, solve_staged};
 use crate::units::Vec3;
 
@@ -24,6 +27,8 @@ const CHANGES: usize = 4;
 const SETTLED: f64 = 1e-9;
 /// Slack below zero, as a share of its row's size, that is rounding.
 const ROUNDING: f64 = 1e-9;
+/// Share of the curvature by the jaw's opening that its arc may take away.
+const MOST_BENT: f64 = 0.5;
 /// Residual of an outlier in standard deviations,
 const OUTLYING: f64 = 4.;
 /// and as a multiple of the median of its frame and of its marker.
@@ -82,9 +87,11 @@ pub struct TrackedFrame {
 /// Fits blocks of frames.
 #[derive(Clone, Debug)]
 pub struct Tracker<'a> {
-    mechanism: &'a Mechanism,
+    mechanisms: &'a Mechanisms,
     movement: &'a Movement,
     times_s: &'a [f64],
+    /// The points at rest (b), mm.
+    points_mm: Vec<Vec3>,
     /// `1/sigma` of each component (d), 1/mm.
     weights: DVector<f64>,
     effort: f64,
@@ -94,15 +101,28 @@ pub struct Tracker<'a> {
 
 /// A frame on the way.
 struct Here {
+    frame: usize,
     /// Its measured displacements weighted (d), zero where not seen.
     data: DVector<f64>,
     /// Bound markers that do not count.
     missing: Vec<usize>,
+    /// Those of them that are seen, but far from what the others say.
+    outliers: Vec<usize>,
     x: DVector<f64>,
     piece: usize,
+    /// The features at which its piece was found.
+    found_at: DVector<f64>,
     changes: usize,
     /// Contacts whose slack is held, once the frame keeps its piece.
     held: Vec<usize>,
+}
+
+/// Frames that are solved together.
+struct Window {
+    frames: Vec<Here>,
+    links: Vec<Link>,
+    pieces: Pieces,
+    active: StagedActiveSet,
 }
 
 /// A piece with its weighted movement.
@@ -114,11 +134,29 @@ struct Weighted {
     normal: DMatrix<f64>,
 }
 
+/// The pieces that frames of a window had, each made once.
+#[derive(Default)]
+struct Pieces {
+    all: Vec<Weighted>,
+    /// By mechanism and contacts.
+    known: BTreeMap<(usize, Vec<usize>), usize>,
+}
+
+impl Pieces {
+    /// The place of the piece with these contacts, which `make` makes where there is none.
+    fn place(&mut self, key: (usize, Vec<usize>), make: impl FnOnce() -> Weighted) -> usize {
+        *self.known.entry(key).or_insert_with(|| {
+            self.all.push(make());
+            self.all.len() - 1
+        })
+    }
+}
+
 impl<'a> Tracker<'a> {
     /// That of the `movement` of the markers of `subject`, seen at `times_s`, whose depth counts `depth_weight` of the rest;
     /// without `dynamics` each frame stands for itself.
     pub fn new(
-        mechanism: &'a Mechanism,
+        mechanisms: &'a Mechanisms,
         subject: &Subject,
         movement: &'a Movement,
         times_s: &'a [f64],
@@ -129,7 +167,8 @@ impl<'a> Tracker<'a> {
         let axis = [1., 1., depth_weight];
         let weights = subject.bound.iter().flat_map(|b| axis.map(|w| w / b.sigma_mm));
         let weights = DVector::from_iterator(3 * subject.bound.len(), weights);
-        Self { mechanism, movement, times_s, weights, effort, dynamics }
+        let points_mm = subject.bound.iter().map(|b| b.site.position).collect();
+        Self { mechanisms, movement, times_s, points_mm, weights, effort, dynamics }
     }
 
     /// The frames of each block, in order.
@@ -141,26 +180,55 @@ impl<'a> Tracker<'a> {
     /// The frames of a block fitted. They are fitted together with 30 on either side, by bounded activations that change as
     /// [`Dynamics`] allows; where a marker is far from what the others say it is left out and the block fitted again.
     pub fn fit(&self, block: Range<usize>) -> Vec<TrackedFrame> {
-        let window = block.start.saturating_sub(HALO)..(block.end + HALO).min(self.times_s.len());
-        let mut outliers: Vec<Vec<usize>> = vec![Vec::new(); window.len()];
-        let mut fitted = self.fit_window(&window, &outliers);
+        let range = block.start.saturating_sub(HALO)..(block.end + HALO).min(self.times_s.len());
+        let mut window = self.window(&range);
+        let mut fitted = self.settle(&mut window);
         let first = self.outliers(&fitted);
         if first.iter().any(|o| !o.is_empty()) {
-            outliers = first;
-            fitted = self.fit_window(&window, &outliers);
+            self.leave_out(&mut window, &first);
+            fitted = self.settle(&mut window);
             // One that is far off pulls its neighbours out with it: they come back.
             let second = self.outliers(&fitted);
             let stays = |(first, second): (&Vec<usize>, &Vec<usize>)| {
                 first.iter().copied().filter(|b| second.contains(b)).collect::<Vec<usize>>()
             };
-            let both: Vec<Vec<usize>> = outliers.iter().zip(&second).map(stays).collect();
-            if both != outliers {
-                outliers = both;
-                fitted = self.fit_window(&window, &outliers);
+            let both: Vec<Vec<usize>> = first.iter().zip(&second).map(stays).collect();
+            if both != first {
+                self.leave_out(&mut window, &both);
+                fitted = self.settle(&mut window);
             }
         }
-        let kept = block.start - window.start..block.end - window.start;
+        let kept = block.start - range.start..block.end - range.start;
         fitted.drain(kept).collect()
+    }
+
+    /// What the markers of a frame that was fitted say of its unknowns: those that were seen and count, on the tangent there,
+    /// with the contacts that touch there.
+    pub fn seen(&self, frame: usize, fitted: &TrackedFrame) -> SeenPoints {
+        let mechanism = self.mechanisms.of(frame);
+        let x = DVector::from_column_slice(&fitted.unknowns);
+        let xi = mechanism.features(&x);
+        let open = mechanism.open();
+        let piece = match mechanism.touching(&xi, &open) {
+            Ok(Some(touching)) => mechanism.piece(touching),
+            _ => open,
+        };
+        let map = mechanism.by_unknowns(&piece.observed, &x);
+        let counted: Vec<usize> = (0..fitted.residual_mm.len())
+            .filter(|b| fitted.residual_mm[*b].is_some() && !fitted.outliers.contains(b))
+            .collect();
+        let rows: Vec<usize> = counted.iter().flat_map(|b| 3 * b..3 * b + 3).collect();
+        let residual = counted.iter().filter_map(|&b| fitted.residual_mm[b]).flat_map(|r| [r.x, r.y, r.z]);
+        let (min, max) = mechanism.bounds();
+        SeenPoints {
+            points_mm: counted.iter().map(|&b| self.points_mm[b]).collect(),
+            map: map.select_rows(&rows),
+            n_muscles: mechanism.muscles.len(),
+            residual_mm: DVector::from_iterator(rows.len(), residual),
+            weights: self.weights.select_rows(&rows),
+            x,
+            bounds: ActivationBounds { min, max },
+        }
     }
 
     /// Markers of each frame that are far from what the others say: beyond 4 standard deviations and 4 times what is usual
@@ -192,20 +260,58 @@ impl<'a> Tracker<'a> {
         fitted.iter().map(of_frame).collect()
     }
 
-    fn here(&self, frame: usize, outliers: &[usize]) -> Here {
-        let row = self.movement.frame(frame);
-        let mut data = DVector::zeros(self.weights.len());
-        let mut missing = Vec::new();
-        for (b, seen) in row.iter().enumerate() {
+    /// The frames of `range` before anything is known of them.
+    fn window(&self, range: &Range<usize>) -> Window {
+        let mut pieces = Pieces::default();
+        let frames = range.clone().map(|frame| {
+            let (index, mechanism) = (self.mechanisms.index(frame), self.mechanisms.of(frame));
+            let piece = pieces.place((index, Vec::new()), || self.weighted(mechanism.open()));
+            let x = DVector::zeros(mechanism.n_unknowns());
+            let found_at = mechanism.features(&x);
+            let mut here = Here {
+                frame,
+                data: DVector::zeros(self.weights.len()),
+                missing: Vec::new(),
+                outliers: Vec::new(),
+                x,
+                piece,
+                found_at,
+                changes: 0,
+                held: Vec::new(),
+            };
+            self.observe(&mut here, &[]);
+            here
+        });
+        Window {
+            frames: frames.collect(),
+            links: (range.start..range.end - 1).map(|f| self.link(f)).collect(),
+            pieces,
+            active: StagedActiveSet::default(),
+        }
+    }
+
+    /// What the markers of a frame say without its `outliers`.
+    fn observe(&self, here: &mut Here, outliers: &[usize]) {
+        here.data.fill(0.);
+        here.missing.clear();
+        here.outliers = outliers.to_vec();
+        for (b, seen) in self.movement.frame(here.frame).iter().enumerate() {
             match seen {
                 Some(u) if !outliers.contains(&b) => {
-                    (0..3).for_each(|axis| data[3 * b + axis] = self.weights[3 * b + axis] * u[axis]);
+                    (0..3).for_each(|axis| here.data[3 * b + axis] = self.weights[3 * b + axis] * u[axis]);
                 }
-                _ => missing.push(b),
+                _ => here.missing.push(b),
             }
         }
-        let x = DVector::zeros(self.mechanism.n_unknowns());
-        Here { data, missing, x, piece: 0, changes: 0, held: Vec::new() }
+    }
+
+    /// The same frames without the `outliers` of each, to go on from where they are.
+    fn leave_out(&self, window: &mut Window, outliers: &[Vec<usize>]) {
+        for (here, outliers) in window.frames.iter_mut().zip(outliers) {
+            self.observe(here, outliers);
+            here.changes = 0;
+            here.held.clear();
+        }
     }
 
     fn weighted(&self, piece: TouchingPiece) -> Weighted {
@@ -219,7 +325,7 @@ impl<'a> Tracker<'a> {
 
     /// The program of a frame about where it is.
     fn stage(&self, here: &Here, piece: &Weighted) -> Stage {
-        let mechanism = self.mechanism;
+        let mechanism = self.mechanisms.of(here.frame);
         let (m, n) = (mechanism.muscles.len(), mechanism.n_unknowns());
         let xi = mechanism.features(&here.x);
         let mut normal = piece.normal.clone();
@@ -229,9 +335,12 @@ impl<'a> Tracker<'a> {
             normal.gemm_tr(-1., &rows, &rows, 1.);
             pull.gemv_tr(-1., &rows, &(rows * &xi), 1.);
         }
-        // r(x + d) = r + J d:  P = J'J,  q = J'r - P x.
+        // P = J'J and what bends with the jaw's arc,  q = J'r - P x.
         let half = mechanism.by_unknowns(&normal, &here.x);
         let mut hessian = mechanism.by_unknowns(&half.transpose(), &here.x);
+        if n > m {
+            hessian[(m, m)] += mechanism.bend(&pull, &here.x).max(-MOST_BENT * hessian[(m, m)]);
+        }
         let pull = DMatrix::from_row_slice(1, pull.len(), pull.as_slice());
         let linear = mechanism.by_unknowns(&pull, &here.x).row(0).transpose() - &hessian * &here.x;
         hessian = 0.5 * (&hessian + hessian.transpose());
@@ -260,7 +369,7 @@ impl<'a> Tracker<'a> {
     }
 
     fn link(&self, frame: usize) -> Link {
-        let (m, n) = (self.mechanism.muscles.len(), self.mechanism.n_unknowns());
+        let (m, n) = (self.mechanisms.first().muscles.len(), self.mechanisms.first().n_unknowns());
         let dt = self.times_s[frame + 1] - self.times_s[frame];
         let Some(Dynamics { change_per_root_s, rise_s, fall_s }) = self.dynamics else {
             return Link { weight: DVector::zeros(n), rows: Vec::new() };
@@ -273,59 +382,60 @@ impl<'a> Tracker<'a> {
         Link { weight, rows: rows.flat_map(of).collect() }
     }
 
-    fn fit_window(&self, window: &Range<usize>, outliers: &[Vec<usize>]) -> Vec<TrackedFrame> {
-        let mut frames: Vec<Here> = window.clone().zip(outliers).map(|(f, out)| self.here(f, out)).collect();
-        let mut pieces = vec![self.weighted(self.mechanism.open())];
-        let mut known: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
-        let links: Vec<Link> = (window.start..window.end - 1).map(|f| self.link(f)).collect();
-        let mut active = StagedActiveSet::default();
+    /// Fits the frames of a window together, until contacts and jaw stay where they are.
+    fn settle(&self, window: &mut Window) -> Vec<TrackedFrame> {
+        let Window { frames, links, pieces, active } = window;
         let (mut certificate, mut is_settled) = (f64::INFINITY, false);
         for _ in 0..ROUNDS {
-            let stages = frames.iter().map(|here| self.stage(here, &pieces[here.piece])).collect();
-            let problem = StagedProblem { stages, links: links.clone() };
-            let Some(solution) = solve_staged(&problem, &mut active) else { break };
+            let stages = frames.iter().map(|here| self.stage(here, &pieces.all[here.piece])).collect();
+            let problem = StagedProblem { stages, links: std::mem::take(links) };
+            let solution = solve_staged(&problem, active);
+            *links = problem.links;
+            let Some(solution) = solution else { break };
             certificate = solution.worst;
             is_settled = true;
-            for (here, found) in frames.iter_mut().zip(solution.point.stages) {
-                let step = (&found.x - &here.x).amax();
+            for (t, found) in solution.point.stages.into_iter().enumerate() {
+                let (before, rest) = frames.split_at_mut(t);
+                let here = &mut rest[0];
+                is_settled &= (&found.x - &here.x).amax() <= SETTLED;
                 here.x = found.x;
-                is_settled &= step <= SETTLED;
-                is_settled &= self.follow(here, &mut pieces, &mut known);
+                is_settled &= self.follow(here, before.last(), pieces);
             }
             if is_settled {
                 break;
             }
         }
         let passes = is_settled && certificate <= crate::qp::TOLERANCE;
-        let tracked = |((here, frame), out): ((&Here, usize), &Vec<usize>)| {
-            self.tracked(here, frame, out, &pieces[here.piece], passes, certificate)
-        };
-        frames.iter().zip(window.clone()).zip(outliers).map(tracked).collect()
+        let tracked = |here: &Here| self.tracked(here, &pieces.all[here.piece], passes, certificate);
+        frames.iter().map(tracked).collect()
     }
 
-    /// Takes the contacts of where a frame is now; whether they are those that it had.
-    fn follow(
-        &self,
-        here: &mut Here,
-        pieces: &mut Vec<Weighted>,
-        known: &mut BTreeMap<Vec<usize>, usize>,
-    ) -> bool {
-        let xi = self.mechanism.features(&here.x);
-        let piece = &pieces[here.piece].piece;
-        if here.changes < CHANGES {
-            // Where no forces hold the face the frame stays with what it has.
-            let Ok(Some(touching)) = self.mechanism.touching(&xi, piece) else { return true };
-            let mut key = touching.contacts().to_vec();
-            key.sort_unstable();
-            here.piece = *known.entry(key).or_insert_with(|| {
-                pieces.push(self.weighted(self.mechanism.piece(touching)));
-                pieces.len() - 1
-            });
-            here.changes += 1;
-            return false;
-        }
-        let slack = self.mechanism.slacks(piece, &xi);
+    /// Takes the contacts of where a frame is now; whether they are those that it had. They are sought from its own or from those of
+    /// the frame `before`, whichever was found nearer.
+    fn follow(&self, here: &mut Here, before: Option<&Here>, pieces: &mut Pieces) -> bool {
+        let (index, mechanism) = (self.mechanisms.index(here.frame), self.mechanisms.of(here.frame));
+        let xi = mechanism.features(&here.x);
+        let own = &pieces.all[here.piece].piece;
+        let slack = mechanism.slacks(own, &xi);
         let least = -ROUNDING * slack.amax();
+        if slack.iter().all(|slack| *slack >= least) {
+            here.found_at = xi;
+            return true;
+        }
+        if here.changes < CHANGES {
+            let off = |other: &Here| (&other.found_at - &xi).norm_squared();
+            let beside = before.filter(|other| self.mechanisms.index(other.frame) == index);
+            let near = beside.filter(|other| off(other) < off(here)).map_or(here.piece, |other| other.piece);
+            // Where no forces hold the face the frame stays with what it has.
+            let Ok(Some(touching)) = mechanism.touching(&xi, &pieces.all[near].piece) else { return true };
+            here.found_at = xi;
+            let key = (index, sorted(&touching));
+            let piece = pieces.place(key, || self.weighted(mechanism.piece(touching)));
+            let is_same = piece == here.piece;
+            here.piece = piece;
+            here.changes += usize::from(!is_same);
+            return is_same;
+        }
         let before = here.held.len();
         for i in (0..slack.len()).filter(|&i| slack[i] < least) {
             if !here.held.contains(&i) {
@@ -335,18 +445,11 @@ impl<'a> Tracker<'a> {
         here.held.len() == before
     }
 
-    fn tracked(
-        &self,
-        here: &Here,
-        frame: usize,
-        outliers: &[usize],
-        piece: &Weighted,
-        passes: bool,
-        certificate: f64,
-    ) -> TrackedFrame {
-        let xi = self.mechanism.features(&here.x);
+    fn tracked(&self, here: &Here, piece: &Weighted, passes: bool, certificate: f64) -> TrackedFrame {
+        let mechanism = self.mechanisms.of(here.frame);
+        let xi = mechanism.features(&here.x);
         let fitted = &piece.piece.observed * &xi;
-        let row = self.movement.frame(frame);
+        let row = self.movement.frame(here.frame);
         let residual = |(b, seen): (usize, &Option<Vec3>)| {
             seen.map(|u| u - Vec3::new(fitted[3 * b], fitted[3 * b + 1], fitted[3 * b + 2]))
         };
@@ -355,7 +458,7 @@ impl<'a> Tracker<'a> {
             FrameStatus::NotSolved
         } else if seen == 0 {
             FrameStatus::NoData
-        } else if 3 * seen < self.mechanism.muscles.len() {
+        } else if 3 * seen < mechanism.muscles.len() {
             FrameStatus::Underdetermined
         } else {
             FrameStatus::Ok
@@ -364,7 +467,7 @@ impl<'a> Tracker<'a> {
             status,
             unknowns: here.x.as_slice().to_vec(),
             residual_mm: row.iter().enumerate().map(residual).collect(),
-            outliers: outliers.to_vec(),
+            outliers: here.outliers.clone(),
             touching: piece.piece.len(),
             contact_force_n: piece.piece.force_n(&xi),
             certificate,

@@ -20,5 +20,5 @@ pub use mechanics::{Mechanics, Stiffness, Strain};
 pub use moved::{MovedContact, MovedFace};
 pub use mover::Mover;
 pub use tangent::MovedTangent;
-pub use track::{HeldStiffness, Track, TrackError, recorded_markers};
+pub use track::{Checked, CheckedFrame, FrameIntervals, HeldStiffness, Track, TrackError, recorded_markers};
 pub use verdict::{Verdict, residual_rms_mm};
