@@ -108,7 +108,7 @@ pub(crate) fn motion(read: &Read, parts: u8, progress: &mut Progress) -> Result<
 }
 
 /// The mechanics that an answer was computed with; `None` where it does not say.
-fn mechanics(answer: &AnswerFiles) -> Option<Mechanics> {
+pub(crate) fn mechanics(answer: &AnswerFiles) -> Option<Mechanics> {
     Some(Mechanics {
         strain: Strain::parse(&answer.strain)?,
         stiffness: parse_stiffness(&answer.stiffness).ok()?,

@@ -39,6 +39,7 @@ mod program_file;
 mod program_text;
 mod recording_file;
 mod registration_json;
+mod result_npz;
 mod schema;
 mod sha256;
 mod solution_json;
@@ -97,6 +98,7 @@ pub use registration_json::{
     AsymmetryJson, DepthJson, DistancesJson, LandmarkErrorJson, MuscleLengthJson, RegistrationJson,
     SimilarityJson, registration_schema,
 };
+pub use result_npz::result_npz;
 pub use sha256::sha256;
 pub use solution_json::{
     CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, LimitKindWord, MarkerJson,

@@ -2,6 +2,7 @@
 
 mod arrays;
 mod drawn_face;
+mod gallery;
 mod glb;
 mod markup;
 mod motion;
@@ -10,8 +11,9 @@ mod page;
 mod plot;
 mod tables;
 
+pub use gallery::{GalleryFigures, GalleryFit, GalleryTarget, gallery_text};
 pub use glb::glb;
 pub use motion::{Motion, MotionKind, MotionState};
 pub use obj::obj_text;
 pub use page::{MOST_RESULTS, ReportError, ShownResult, page};
-pub use plot::{activation_plot, l_curve_plot, residual_plot, symmetry_plot, time_plot};
+pub use plot::{activation_plot, l_curve_plot, length_plot, residual_plot, symmetry_plot, time_plot};

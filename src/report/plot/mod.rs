@@ -2,6 +2,7 @@
 
 mod activations;
 mod chart;
+mod lengths;
 mod residuals;
 mod sides;
 mod svg;
@@ -9,6 +10,7 @@ mod weights;
 
 pub(super) use activations::activations_inline;
 pub use activations::{activation_plot, time_plot};
+pub use lengths::length_plot;
 pub use residuals::residual_plot;
 pub(super) use residuals::residuals_inline;
 pub use sides::symmetry_plot;
