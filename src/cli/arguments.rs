@@ -456,7 +456,7 @@ pub(crate) struct ReportOptions {
     #[arg(
         value_name = "RESULT",
         required = true,
-        help = "A folder that fit or forward wrote; two are shown beside each other"
+        help = "A folder that fit or forward wrote; two are shown beside each other; or one that track wrote"
     )]
     pub(crate) results: Vec<PathBuf>,
     /// The page to write.
@@ -476,6 +476,9 @@ pub(crate) struct ReportOptions {
     /// Play the rows of a table of activations by superposition of the tangent at RESULT: columns `time_s` and the muscles'.
     #[arg(long, value_name = "TABLE.csv", conflicts_with = "sequence")]
     pub(crate) frames: Option<PathBuf>,
+    /// Show every Kth frame of a track [default: so that there are a hundred at most].
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) every: Option<u16>,
 }
 
 #[derive(Debug, Args)]

@@ -11,7 +11,7 @@ use modiolus::inverse::{InverseError, TargetError};
 use modiolus::io::{
     ActivationTableError, AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError,
     MappedRecordingError, MeshFileError, PlanFileError, RecordingFileError, Standing, SuiteError,
-    TargetFileError, WriteError,
+    TargetFileError, TrackFileError, WriteError,
 };
 use modiolus::recording::SubjectError;
 use modiolus::registration::RegistrationError;
@@ -102,6 +102,10 @@ pub(crate) enum CliError {
     ResultOfOperation(PathBuf),
     #[error("{} and {} are results on different faces: a sequence is of one", first.display(), other.display())]
     SequenceOfFaces { first: PathBuf, other: PathBuf },
+    #[error("{}: is a track, which is shown alone: leave out other results, --sequence and --frames", .0.display())]
+    TrackAlone(PathBuf),
+    #[error(transparent)]
+    TrackFiles(#[from] TrackFileError),
     #[error("--frames: there is no tangent at the answer of {0}, by which frames could be superposed")]
     NoTangent(String),
     #[error("--kind time needs a table of activations: give --frames TABLE.csv")]

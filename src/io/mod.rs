@@ -54,6 +54,7 @@ mod target_toml;
 mod tetgen;
 mod text;
 mod track_blocks;
+mod track_files;
 mod track_json;
 mod track_tables;
 mod vtk;
@@ -115,6 +116,7 @@ pub use target_toml::{
     target_schema,
 };
 pub use track_blocks::TrackBlocks;
+pub use track_files::{FrameRow, TrackFileError, TrackFiles, read_track};
 pub use track_json::{
     AlignmentJson, BoundJson, HeadJson, MetJson, OutlierJson, SwapJson, TrackJson, track_schema,
 };

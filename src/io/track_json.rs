@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::schema::{pretty, schema_of};
 use super::solution_json::to_text;
@@ -13,7 +13,7 @@ use crate::study::Track;
 
 /// A recording fitted, as `summary.json` states it. Lengths mm, forces N, times s, frames from 0; byte-identical from run to
 /// run apart from `timings_s`.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(title = "Modiolus track", deny_unknown_fields)]
 pub struct TrackJson {
     /// The recording as given.
@@ -69,7 +69,7 @@ pub struct TrackJson {
 }
 
 /// How well markers are met.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct MetJson {
     /// Observations: markers by frames.
@@ -83,7 +83,7 @@ pub struct MetJson {
 }
 
 /// A marker on the face.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct BoundJson {
     /// The landmark that it is; null where it sits between landmarks.
@@ -97,7 +97,7 @@ pub struct BoundJson {
 }
 
 /// How the subject was brought to the face.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct AlignmentJson {
     /// Size of the face over that of the subject.
@@ -109,7 +109,7 @@ pub struct AlignmentJson {
 }
 
 /// How the head was followed.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct HeadJson {
     /// The markers that move with the skull.
@@ -123,7 +123,7 @@ pub struct HeadJson {
 }
 
 /// Labels that were exchanged.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct SwapJson {
     /// The labels.
@@ -133,7 +133,7 @@ pub struct SwapJson {
 }
 
 /// A marker far from what the others say.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct OutlierJson {
     /// The frame, from 0.

@@ -10,10 +10,13 @@ mod obj;
 mod page;
 mod plot;
 mod tables;
+mod track_tables;
+mod tracked;
 
 pub use gallery::{GalleryFigures, GalleryFit, GalleryTarget, gallery_text};
 pub use glb::glb;
 pub use motion::{Motion, MotionKind, MotionState};
 pub use obj::obj_text;
-pub use page::{MOST_RESULTS, ReportError, ShownResult, page};
+pub use page::{MOST_RESULTS, ReportError, ShownResult, Told, page};
 pub use plot::{activation_plot, l_curve_plot, length_plot, residual_plot, symmetry_plot, time_plot};
+pub use tracked::{MOST_FRAMES, tracked_motion};

@@ -11,6 +11,7 @@ mod mover;
 mod muscle_length;
 mod tangent;
 mod track;
+mod tracked_face;
 mod verdict;
 
 pub use at_once::at_once;
@@ -23,4 +24,5 @@ pub use mover::Mover;
 pub use muscle_length::{MuscleForce, muscle_force, muscle_stretches};
 pub use tangent::MovedTangent;
 pub use track::{HeldStiffness, Track, TrackError, recorded_markers};
+pub use tracked_face::{TrackedFace, TrackedMoment};
 pub use verdict::{Verdict, residual_rms_mm};

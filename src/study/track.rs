@@ -5,7 +5,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::face::{ContactReach, ContactSearch, Face};
+use super::tracked_face::{contact_pairs, displacement};
+use crate::face::Face;
 use crate::forward::{ContactError, ForwardError, Model};
 use crate::inverse::{Goal, Marker, Place};
 use crate::mesh::Site;
@@ -109,11 +110,7 @@ impl Track {
     ) -> Result<Self, TrackError> {
         let subject = Subject::new(recording, &map, face)?;
         let movement = Movement::of(recording, &subject)?;
-        let pairs = match has_contact {
-            true => ContactSearch::new(face, ContactReach::default()).rest().to_vec(),
-            false => Vec::new(),
-        };
-        let model = Model::new(face, pairs)?;
+        let model = Model::new(face, contact_pairs(face, has_contact))?;
         let sites: Vec<Site> = subject.bound.iter().map(|b| b.site.clone()).collect();
         let freedom = map.jaw;
         let at = |model: &Model, a: &[f64]| -> Result<Mechanism, TrackError> {
@@ -179,17 +176,7 @@ impl Track {
     /// [`TrackError`] when the face cannot be solved.
     pub fn displacements(&self, unknowns: &[&[f64]]) -> Result<Vec<Vec<f64>>, TrackError> {
         let fixed = self.model.at(&self.held)?;
-        let m = self.held.len();
-        let at = |x: &&[f64]| {
-            let forces = self.mechanism.contact_forces(x)?;
-            let mut u = fixed.displacement(&x[..m], &forces);
-            let pose = self.mechanism.pose(self.model.face(), x);
-            if !pose.is_rest() {
-                u.iter_mut().zip(fixed.lifted_by(&pose)).for_each(|(u, lift)| *u += lift);
-            }
-            Ok(u)
-        };
-        unknowns.iter().map(at).collect()
+        unknowns.iter().map(|x| displacement(&fixed, &self.mechanism, x)).collect()
     }
 
     /// What `frames` come to.

@@ -9,6 +9,9 @@ const ROW: f64 = 20.;
 /// Muscles that are drawn over time, those that act most.
 const MOST_RUNS: usize = 8;
 
+/// Points of a run at most: more are not told apart.
+const MOST_POINTS: usize = 900;
+
 /// A muscle of both sides, or one in the middle.
 struct Row<'a> {
     stem: &'a str,
@@ -91,8 +94,18 @@ pub fn activation_plot(answer: &AnswerFiles) -> String {
     standalone(&activations_inline(answer))
 }
 
+/// Indices of `frames` times, at most [`MOST_POINTS`] of them, evenly.
+pub(super) fn thinned(frames: usize) -> impl Iterator<Item = usize> {
+    (0..frames).step_by(frames.div_ceil(MOST_POINTS).max(1))
+}
+
 /// The activations of `table` over time, of the eight muscles that act most, as an SVG file.
 pub fn time_plot(table: &ActivationTable) -> String {
+    standalone(&time_inline(table))
+}
+
+/// The same for a page.
+pub(in super::super) fn time_inline(table: &ActivationTable) -> String {
     let most = |m: usize| table.rows.iter().map(|row| row[m]).fold(0., f64::max);
     let mut shown: Vec<usize> = (0..table.muscles.len()).filter(|m| most(*m) > 0.).collect();
     shown.sort_by(|a, b| most(*b).total_cmp(&most(*a)).then(a.cmp(b)));
@@ -103,12 +116,12 @@ pub fn time_plot(table: &ActivationTable) -> String {
     let (x, y) = (Scale::linear(ends.0, ends.1, (left, right)), Scale::linear(0., 100., (bottom, top)));
     frame(&mut svg, &x, &y, ["time, s", "activation, per cent"], (left, top, right, bottom));
     for (k, m) in shown.iter().enumerate() {
-        let points: Vec<(f64, f64)> =
-            table.times_s.iter().zip(&table.rows).map(|(t, row)| (x.at(*t), y.at(100. * row[*m]))).collect();
+        let point = |f: usize| (x.at(table.times_s[f]), y.at(100. * table.rows[f][*m]));
+        let points: Vec<(f64, f64)> = thinned(table.rows.len()).map(point).collect();
         svg.run(&points, &format!("s{k}"));
         let at = top + 10. + ROW * k as f64;
         svg.run(&[(right + 14., at), (right + 36., at)], &format!("s{k}"));
         svg.text((right + 42., at + 4.), Anchor::Start, "", &table.muscles[*m].replace('_', " "));
     }
-    standalone(&svg.inline("Activations over time"))
+    svg.inline("Activations over time of the muscles that act most")
 }

@@ -2,14 +2,16 @@
 
 mod activations;
 mod chart;
+mod jaw;
 mod lengths;
 mod residuals;
 mod sides;
 mod svg;
 mod weights;
 
-pub(super) use activations::activations_inline;
 pub use activations::{activation_plot, time_plot};
+pub(super) use activations::{activations_inline, time_inline};
+pub(super) use jaw::jaw_inline;
 pub use lengths::length_plot;
 pub use residuals::residual_plot;
 pub(super) use residuals::residuals_inline;
