@@ -90,7 +90,8 @@ fn tracked(folder: &Path, options: &ReportOptions) -> Result<Outcome, CliError> 
     let motion = progress
         .step("move the face", || tracked_motion(&loaded.face, &track, every))
         .map_err(|error| CliError::Displacements(Box::new(error)))?;
-    let title = format!("{} on {}", summary.recording, loaded.face.name);
+    let recording = Path::new(&summary.recording).file_name().unwrap_or_default().to_string_lossy();
+    let title = format!("{recording} on {}", loaded.face.name);
     let shown = [ShownResult { title, told: Told::Track(&track), face: 0, motion }];
     write(&[&loaded.face], &shown, options, &mut progress)
 }

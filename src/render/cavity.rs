@@ -10,8 +10,6 @@ const INSET_MM: f64 = 9.;
 /// Panels round the arch, and from front to back.
 const AROUND: usize = 24;
 const DEEP: usize = 8;
-/// Where the walls begin, as an angle from straight ahead: in front of them the mouth is open.
-const FRONT_DEG: f64 = 42.;
 
 /// Colours at the front and at the back: light hardly gets there.
 fn colours() -> (Rgb, Rgb) {
@@ -51,9 +49,10 @@ impl Arch {
     }
 }
 
-/// Adds the walls, the roof, the floor and the back of the mouth between the arches of `teeth`, open to the front; nothing
-/// where one of the arches is not there.
-pub(super) fn cavity(teeth: &[Teeth], solid: &mut Solid) {
+/// Adds the walls, the roof, the floor and the back of the mouth between the arches of `teeth`, of which those that the viewer
+/// sees from outside, where `is_seen` holds of what points outward, are left out: the mouth is open to who looks into it.
+/// Nothing where one of the arches is not there.
+pub(super) fn cavity(teeth: &[Teeth], is_seen: impl Fn(Vec3) -> bool, solid: &mut Solid) {
     let of = |upper: bool| {
         let own: Vec<&Teeth> = teeth.iter().filter(|t| t.upper == upper).collect();
         Arch::of(&own, upper)
@@ -61,8 +60,18 @@ pub(super) fn cavity(teeth: &[Teeth], solid: &mut Solid) {
     let (Some(upper), Some(lower)) = (of(true), of(false)) else { return };
     let (front, back) = colours();
     let ends = [upper.front_mm.max(lower.front_mm), upper.back_mm.min(lower.back_mm)];
+    let centre = Vec3::new(
+        0.5 * (upper.middle_mm + lower.middle_mm),
+        0.5 * (upper.height_mm + lower.height_mm),
+        0.5 * (ends[0] + ends[1]),
+    );
     let mut panel = |[a, b, c, d]: [Vec3; 4]| {
-        let depth = (ends[0] - 0.25 * (a + b + c + d).z) / (ends[0] - ends[1]);
+        let middle = 0.25 * (a + b + c + d);
+        let normal = (c - a).cross(&(d - b));
+        if is_seen(if normal.dot(&(middle - centre)) < 0. { -normal } else { normal }) {
+            return;
+        }
+        let depth = (ends[0] - middle.z) / (ends[0] - ends[1]);
         let colour = mix(front, back, depth.clamp(0., 1.).sqrt() as f32);
         solid.quad([a, b, c, d], colour);
     };
@@ -71,9 +80,7 @@ pub(super) fn cavity(teeth: &[Teeth], solid: &mut Solid) {
     for k in 0..AROUND {
         let (from, to) = (angle(k), angle(k + 1));
         let [a, b] = [from, to].map(|angle| [upper.at(angle), lower.at(angle)]);
-        if from.abs().min(to.abs()) >= FRONT_DEG.to_radians() {
-            panel([a[0], a[1], b[1], b[0]]);
-        }
+        panel([a[0], a[1], b[1], b[0]]);
         // Roof and floor in strips from the front to the back.
         for (arch, rim) in [(&upper, [a[0], b[0]]), (&lower, [a[1], b[1]])] {
             let towards = |p: Vec3, share: f64| Vec3::new(p.x, p.y, p.z + share * (arch.back_mm - p.z));

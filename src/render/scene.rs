@@ -28,9 +28,6 @@ const VEIL: (f32, f32) = (0.30, 0.85);
 /// The same over teeth and muscles, whose colours must be told apart.
 const THIN_VEIL: (f32, f32) = (0.12, 0.7);
 
-/// Colour of the inner side of the skin.
-const INNER: Rgb = [0.30, 0.13, 0.11];
-
 /// Colours of skin, red of the lips and mucosa.
 fn tints() -> [Rgb; 3] {
     [srgb(229, 180, 156), srgb(199, 112, 106), srgb(150, 62, 62)]
@@ -205,7 +202,7 @@ impl<'f> Scene<'f> {
             n_teeth = solid.corners.len();
             // Lips that part show the inside of the mouth; behind skin that is seen through it would hide the rest.
             if show.skin && !veil {
-                cavity(&teeth, &mut solid);
+                cavity(&teeth, |outward| camera.turn(outward).z > 0., &mut solid);
             }
         }
         let wanted = |m: usize| {
@@ -266,7 +263,7 @@ impl<'f> Scene<'f> {
                 let [a, b, c] = t.map(|v| points[v]);
                 if fine.turn((b - a).cross(&(c - a))).z < 0. {
                     // The far side of the skin, seen past its border or through the mouth.
-                    return shade(INNER, MATT, n, 0.5 * open);
+                    return shade(tints[2], MATT, n, 0.3 * open);
                 }
                 let rest = blend(t.map(|v| self.skin.surface.sites[v].position), hit);
                 let red = self.vermilion.share(rest);

@@ -18,5 +18,8 @@ pub use glb::glb;
 pub use motion::{Motion, MotionKind, MotionState};
 pub use obj::obj_text;
 pub use page::{MOST_RESULTS, ReportError, ShownResult, Told, page};
-pub use plot::{activation_plot, l_curve_plot, length_plot, residual_plot, symmetry_plot, time_plot};
+pub use plot::{
+    Recovered, activation_plot, l_curve_plot, length_plot, recovery_plot, residual_plot, symmetry_plot,
+    time_plot,
+};
 pub use tracked::{MOST_FRAMES, tracked_motion};

@@ -1,6 +1,6 @@
 //! Activations with what the data leave open, and over time.
 
-use super::chart::{Scale, frame};
+use super::chart::Scale;
 use super::svg::{Anchor, Svg, standalone};
 use crate::io::{ActivationTable, AnswerFiles};
 
@@ -9,6 +9,8 @@ const ROW: f64 = 20.;
 /// Muscles that are drawn over time, those that act most.
 const MOST_RUNS: usize = 8;
 
+/// Height of a muscle's strip over time, pixels.
+const STRIP: f64 = 46.;
 /// Points of a run at most: more are not told apart.
 const MOST_POINTS: usize = 900;
 
@@ -110,18 +112,29 @@ pub(in super::super) fn time_inline(table: &ActivationTable) -> String {
     let mut shown: Vec<usize> = (0..table.muscles.len()).filter(|m| most(*m) > 0.).collect();
     shown.sort_by(|a, b| most(*b).total_cmp(&most(*a)).then(a.cmp(b)));
     shown.truncate(MOST_RUNS);
-    let (left, top, right, bottom) = (56., 30., 560., 330.);
-    let mut svg = Svg::new(right + 250., bottom + 44.);
+    let (left, top, right) = (56., 14., 640.);
+    let bottom = top + STRIP * shown.len().max(1) as f64;
+    let mut svg = Svg::new(right + 270., bottom + 44.);
     let ends = table.times_s.first().zip(table.times_s.last()).map_or((0., 1.), |(a, b)| (*a, *b));
-    let (x, y) = (Scale::linear(ends.0, ends.1, (left, right)), Scale::linear(0., 100., (bottom, top)));
-    frame(&mut svg, &x, &y, ["time, s", "activation, per cent"], (left, top, right, bottom));
+    let x = Scale::linear(ends.0, ends.1, (left, right));
+    for (value, name) in x.ticks() {
+        svg.line((x.at(value), top), (x.at(value), bottom), "grid");
+        svg.text((x.at(value), bottom + 15.), Anchor::Middle, "soft", &name);
+    }
+    svg.text(((left + right) / 2., bottom + 32.), Anchor::Middle, "", "time, s");
+    // A strip a muscle: runs that cross each other are not told apart.
     for (k, m) in shown.iter().enumerate() {
-        let point = |f: usize| (x.at(table.times_s[f]), y.at(100. * table.rows[f][*m]));
+        let foot = top + STRIP * (k + 1) as f64;
+        let y = Scale::linear(0., 1., (foot, foot - STRIP + 8.));
+        for share in [0., 1.] {
+            svg.line((left, y.at(share)), (right, y.at(share)), if share == 0. { "axis" } else { "grid" });
+            svg.text((left - 6., y.at(share) + 4.), Anchor::End, "soft", &format!("{:.0} %", 100. * share));
+        }
+        let point = |f: usize| (x.at(table.times_s[f]), y.at(table.rows[f][*m]));
         let points: Vec<(f64, f64)> = thinned(table.rows.len()).map(point).collect();
-        svg.run(&points, &format!("s{k}"));
-        let at = top + 10. + ROW * k as f64;
-        svg.run(&[(right + 14., at), (right + 36., at)], &format!("s{k}"));
-        svg.text((right + 42., at + 4.), Anchor::Start, "", &table.muscles[*m].replace('_', " "));
+        svg.run(&points, &format!("s{}", usize::from(table.muscles[*m].ends_with("_r"))));
+        let name = table.muscles[*m].replace('_', " ");
+        svg.text((right + 12., y.at(0.5) + 4.), Anchor::Start, "", &name);
     }
     svg.inline("Activations over time of the muscles that act most")
 }
