@@ -434,8 +434,9 @@ fn exports_hold_the_answer() {
     let (code, stderr) = run(modiolus().args(["plot", &one, "--kind", "length", "--out"]).arg(&lengths));
     assert_eq!(code, 0, "{stderr}");
     let svg = fs::read_to_string(&lengths).expect("a plot");
-    // Two muscles act, each with two curves, and lines in the legend: one each, and one for activation 0.
-    assert_eq!(svg.matches("<polyline ").count(), 4 + 2 + 1);
+    // Three muscles of two names act, each with its curve, each name with that at activation 0; the legend has both names and
+    // that line.
+    assert_eq!(svg.matches("<polyline ").count(), (3 + 2) + (2 + 1));
     assert!(svg.contains("zygomaticus major") && svg.contains("force along the muscle, N"));
 
     let own = Path::new(&one).join("face.vtu").display().to_string();

@@ -476,7 +476,7 @@ pub(crate) struct ReportOptions {
     /// Play the rows of a table of activations by superposition of the tangent at RESULT: columns `time_s` and the muscles'.
     #[arg(long, value_name = "TABLE.csv", conflicts_with = "sequence")]
     pub(crate) frames: Option<PathBuf>,
-    /// Show every Kth frame of a track [default: so that there are a hundred at most].
+    /// Show every Kth frame of a track [default: so that there are eighty at most].
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) every: Option<u16>,
 }

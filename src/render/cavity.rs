@@ -5,8 +5,8 @@ use super::solid::Solid;
 use crate::face::Teeth;
 use crate::units::Vec3;
 
-/// How far within the outer faces of the teeth its walls stand, mm: about the thickness of a molar.
-const INSET_MM: f64 = 9.;
+/// How far within the outer faces of the teeth its walls stand, mm.
+const INSET_MM: f64 = 2.;
 /// Panels round the arch, and from front to back.
 const AROUND: usize = 24;
 const DEEP: usize = 8;

@@ -39,7 +39,7 @@ pub struct Action {
 const SCALE: f64 = 1.8;
 const SMALL: f64 = 0.82;
 /// The same of poses beside each other.
-const BESIDE: f64 = 1.6;
+const BESIDE: f64 = 2.2;
 /// Width and height of a panel of forces, pixels.
 const FORCES: (usize, usize) = (316, 272);
 /// Room around what a panel of forces frames, mm.
