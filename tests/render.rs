@@ -242,8 +242,10 @@ fn a_field_of_another_face_is_refused() {
 fn holes(image: &Image) -> usize {
     let (width, height) = (image.width, image.height);
     let is_white = |k: usize| image.pixels[k] == [255; 3];
-    let on_border =
-        |k: &usize| k % width == 0 || k % width == width - 1 || k / width == 0 || k / width == height - 1;
+    let on_border = |k: &usize| {
+        let (x, y) = (k % width, k / width);
+        x == 0 || x + 1 == width || y == 0 || y + 1 == height
+    };
     let mut reached = vec![false; width * height];
     let mut next: Vec<usize> = (0..width * height).filter(|k| on_border(k) && is_white(*k)).collect();
     while let Some(k) = next.pop() {

@@ -307,7 +307,7 @@ fn numbers(bytes: &[u8], name: &str) -> Vec<f64> {
 #[test]
 fn what_moves_without_a_fit_is_exported_as_arrays_too() {
     let dir = tempfile::tempdir().expect("a folder");
-    result(&dir, "a", &["forward", "--activate", "zygomaticus_major_l=0.2", "--contact", "off"]);
+    result(&dir, "a", &["forward", "--activate", "zygomaticus_major_l=0.2"]);
     let (code, _, stderr) = run(modiolus(&dir).args(["export", "a", "--to", "npz", "--out", "a.npz"]));
     assert_eq!(code, 0, "{stderr}");
     let bytes = fs::read(dir.path().join("a.npz")).expect("written");
