@@ -4,10 +4,11 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
-use modiolus::face::{standard, standard::Resolution};
+use modiolus::face::{Pose, standard, standard::Resolution};
 use modiolus::io::read_face;
 use modiolus::mesh::Mesh;
 use modiolus::render::{Drawing, Image, RenderError, Scene, Show, View, muscle_stems};
+use modiolus::study::{Mechanics, Mover};
 use tempfile::TempDir;
 
 fn modiolus() -> Command {
@@ -234,5 +235,49 @@ fn a_field_of_another_face_is_refused() {
             matches!(scene.draw(&Drawing { size, ..small() }), Err(RenderError::Size { .. })),
             "{size:?}"
         );
+    }
+}
+
+/// White pixels that are not joined to the border by others: where a picture is seen through.
+fn holes(image: &Image) -> usize {
+    let (width, height) = (image.width, image.height);
+    let is_white = |k: usize| image.pixels[k] == [255; 3];
+    let on_border = |k: &usize| {
+        let (x, y) = (k % width, k / width);
+        x == 0 || x + 1 == width || y == 0 || y + 1 == height
+    };
+    let mut reached = vec![false; width * height];
+    let mut next: Vec<usize> = (0..width * height).filter(|k| on_border(k) && is_white(*k)).collect();
+    while let Some(k) = next.pop() {
+        if reached[k] || !is_white(k) {
+            continue;
+        }
+        reached[k] = true;
+        let (x, y) = (k % width, k / width);
+        next.extend((x > 0).then(|| k - 1).into_iter().chain((x + 1 < width).then_some(k + 1)));
+        next.extend((y > 0).then(|| k - width).into_iter().chain((y + 1 < height).then_some(k + width)));
+    }
+    (0..width * height).filter(|k| is_white(*k) && !reached[*k]).count()
+}
+
+#[test]
+fn an_open_mouth_is_not_seen_through() {
+    let face = standard(&Resolution::COARSE);
+    let jaw = face.jaw.as_ref().expect("a jaw");
+    let mover = Mover::new(&face, Mechanics::default()).expect("a face");
+    let pose = Pose::opened(jaw, 15.);
+    let moved = mover.settle(&vec![0.; face.muscles.len()], &pose).expect("it rests");
+    let scene = Scene::new(&face);
+    for view in [View::Front, View::ThreeQuarter] {
+        let open = Drawing {
+            view,
+            displacement: Some(&moved.displacement),
+            pose: pose.clone(),
+            legend: false,
+            ..small()
+        };
+        let without = Drawing { show: Show { teeth: false, ..Show::FACE }, ..open.clone() };
+        assert_eq!(holes(&scene.draw(&open).expect("drawn")), 0, "{view:?}");
+        assert!(holes(&scene.draw(&without).expect("drawn")) > 20, "without teeth there is no mouth");
     }
 }

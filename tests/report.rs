@@ -8,9 +8,10 @@ use assert_cmd::Command;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use modiolus::face::{Face, Pose, standard, standard::Resolution};
-use modiolus::io::{AnswerFiles, read_answer};
-use modiolus::report::{Motion, MotionState, ReportError, ShownResult, page};
+use modiolus::io::{AnswerFiles, TrackFileError, read_answer, read_track};
+use modiolus::report::{Motion, MotionState, ReportError, ShownResult, Told, page, tracked_motion};
 use modiolus::study::{Mechanics, Mover, Stiffness, Strain};
+use modiolus::units::Vec3;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -205,8 +206,10 @@ fn names_stay_text() {
         displacement: Some(answer.displacement.clone()),
         pressure_kpa: None,
         pose: Pose::rest(),
+        residual_mm: Vec::new(),
     };
-    let shown = |motion: Motion| ShownResult { title: evil.to_owned(), answer: &answer, face: 0, motion };
+    let shown =
+        |motion: Motion| ShownResult { title: evil.to_owned(), told: Told::Answer(&answer), face: 0, motion };
     let html = page(&[&face], &[shown(Motion::straight(&face, state.clone()))]).expect("a page");
     assert!(!html.contains("<script>alert") && !html.contains("<img"));
     // In the data the script puts it into elements of their own, whose direction is theirs.
@@ -218,6 +221,94 @@ fn names_stay_text() {
     let told = page(&[&face], &[shown(Motion::straight(&face, short))]);
     assert!(matches!(told, Err(ReportError::Length { found: 3, .. })));
     assert!(matches!(page(&[&face], &[]), Err(ReportError::Results { found: 0 })));
+}
+
+/// Frames of a second in which the left corner of the mouth goes up by `lift_mm` and half as far back.
+const TRACKED: usize = 31;
+
+fn lift_mm(frame: usize) -> f64 {
+    5. * (std::f64::consts::PI * frame as f64 / (TRACKED - 1) as f64).sin()
+}
+
+/// Such a recording of the landmarks of `face` fitted in `folder`; in frame 7 the right corner is not seen.
+fn track(face: &Face, folder: &TempDir) -> String {
+    let mut text = String::from("time_s,marker,x_mm,y_mm,z_mm\n");
+    for frame in 0..TRACKED {
+        for landmark in &face.landmarks {
+            let name = &landmark.name;
+            let lift = if name == "cheilion_l" { lift_mm(frame) } else { 0. };
+            let p = landmark.site.position + Vec3::new(0., lift, -0.5 * lift);
+            if frame != 7 || name != "cheilion_r" {
+                text += &format!("{},{name},{},{},{}\n", frame as f64 / 30., p.x, p.y, p.z);
+            }
+        }
+    }
+    let recording = folder.path().join("recording.csv").display().to_string();
+    fs::write(&recording, text).expect("written");
+    let out = folder.path().join("track").display().to_string();
+    let (code, stderr) =
+        run(modiolus().args(["track", &recording, "--face", "standard_coarse", "--out", &out]));
+    assert_eq!(code, 0, "{stderr}");
+    out
+}
+
+/// The face is moved again from the tables; what it does at a marker and the residual together are what was measured.
+#[test]
+fn a_track_is_played_as_it_was_fitted() {
+    let face = standard(&Resolution::COARSE);
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = track(&face, &folder);
+    let files = read_track(out.as_ref()).expect("a track");
+    let motion = tracked_motion(&face, &files, 3).expect("it moves");
+    assert_eq!(motion.states.len(), TRACKED.div_ceil(3));
+    let mut moved = 0_f64;
+    for (k, state) in motion.states.iter().enumerate() {
+        let u = state.displacement.as_ref().expect("a field");
+        for (label, residual) in files.markers.iter().zip(&state.residual_mm) {
+            let landmark = face.landmark(label).expect("a landmark");
+            let lift = if label == "cheilion_l" { lift_mm(3 * k) } else { 0. };
+            let fitted = landmark.site.displacement(u);
+            let measured = fitted + residual.expect("seen");
+            // The head is found from markers, some of which move, and tables have four digits.
+            assert!((measured - Vec3::new(0., lift, -0.5 * lift)).norm() < 0.02, "{label} {k}: {measured:?}");
+            moved = moved.max(fitted.norm());
+        }
+    }
+    assert!(moved > 2., "the face follows: {moved} mm");
+    assert_eq!(files.residual_mm[7].iter().filter(|r| r.is_none()).count(), 1);
+
+    let page = folder.path().join("track.html").display().to_string();
+    let (code, stderr) = run(modiolus().args(["report", &out, "--every", "7", "--out", &page]));
+    assert_eq!(code, 0, "{stderr}");
+    let html = fs::read_to_string(&page).expect("written");
+    let (json, block) = data(&html);
+    let result = &json["results"][0];
+    assert_eq!(
+        (result["kind"].as_str(), result["states"].as_array().map(Vec::len)),
+        (Some("track"), Some(5))
+    );
+    assert_eq!(
+        result["notes"][0].as_str().map(|note| note.starts_with("Every 7th of 31 frames, 5 in all")),
+        Some(true)
+    );
+    let [seen, residuals] = [0, 1].map(|k| &result["states"][1]["residuals"][k]);
+    let [at, len] = ["at", "len"].map(|name| seen[name].as_u64().expect("a number") as usize);
+    assert_eq!(block[at..at + len].iter().filter(|seen| **seen == 0).count(), 1, "frame 7");
+    let residuals = reals(residuals, &block);
+    for (found, residual) in residuals.chunks(3).zip(&files.residual_mm[7]) {
+        let residual = residual.unwrap_or_default();
+        assert!((Vec3::new(found[0], found[1], found[2]) - residual).norm() < 1e-3);
+    }
+    for part in ["Activations over time", "Jaw", "31 from 0.00 to 1.00 s: 31 ok"] {
+        assert!(html.contains(part), "{part}");
+    }
+
+    let one = self::result(&folder, "one", &[]);
+    let (code, stderr) = run(modiolus().args(["report", &out, &one, "--out", &page]));
+    assert!(code == 2 && stderr.contains("is a track, which is shown alone"), "{stderr}");
+    let table = folder.path().join("track/residuals.csv");
+    fs::write(&table, "frame,marker\n").expect("written");
+    assert!(matches!(read_track(out.as_ref()), Err(TrackFileError::Foreign(path)) if path == table));
 }
 
 #[test]
@@ -338,6 +429,15 @@ fn exports_hold_the_answer() {
     assert_eq!(code, 0, "{stderr}");
     let svg = fs::read_to_string(&plot).expect("a plot");
     assert!(svg.starts_with("<svg xmlns=") && svg.contains("zygomaticus major") && svg.ends_with("</svg>\n"));
+
+    let lengths = folder.path().join("lengths.svg");
+    let (code, stderr) = run(modiolus().args(["plot", &one, "--kind", "length", "--out"]).arg(&lengths));
+    assert_eq!(code, 0, "{stderr}");
+    let svg = fs::read_to_string(&lengths).expect("a plot");
+    // Three muscles of two names act, each with its curve, each name with that at activation 0; the legend has both names and
+    // that line.
+    assert_eq!(svg.matches("<polyline ").count(), (3 + 2) + (2 + 1));
+    assert!(svg.contains("zygomaticus major") && svg.contains("force along the muscle, N"));
 
     let own = Path::new(&one).join("face.vtu").display().to_string();
     let before = fs::read(&own).expect("the answer's own");

@@ -4,6 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use modiolus::face::{standard, standard::Resolution};
+use modiolus::io::read_answer;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -246,7 +248,28 @@ fn what_cannot_be_compared_or_exported_is_refused() {
     fs::write(dir.path().join("other/solution.json"), "{\"targets\": []}").expect("written");
     let plan = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/setback/plan.toml");
     let mut operate = modiolus(&dir);
-    operate.args(["surgery", plan, "--face", "standard_coarse", "--out", "operated"]).assert().success();
+    operate.args([
+        "surgery",
+        plan,
+        "--face",
+        "standard_coarse",
+        "--out",
+        "operated",
+        "--picture",
+        "both.png",
+    ]);
+    let told = operate.assert().success().get_output().stdout.clone();
+    let told = String::from_utf8(told).expect("UTF-8");
+    assert!(
+        told.contains("mandible_body  its middle goes 5.0 mm: 0.0 to the left, 0.0 up, -5.0 forward"),
+        "{told}"
+    );
+    let both = fs::read(dir.path().join("both.png")).expect("written");
+    let (width, height) = (
+        u32::from_be_bytes(both[16..20].try_into().expect("four")),
+        u32::from_be_bytes(both[20..24].try_into().expect("four")),
+    );
+    assert!(width > 3 * height, "before and after, front and profile: {width} x {height}");
     let text = fs::read_to_string(dir.path().join("operated/face.toml")).expect("written");
     assert!(text.contains("name = \"standard_coarse_setback"), "{text}");
     for (arguments, parts) in [
@@ -256,7 +279,7 @@ fn what_cannot_be_compared_or_exported_is_refused() {
         (&["compare", "a", "operated"], &["operated: holds how the tissue follows moved bones"]),
         (&["compare", "a", "a", "--view", "profile"], &["--out"]),
         (&["compare", "a", "a", "--out", "x.gif"], &["written as PNG"]),
-        (&["export", "a", "--to", "npz", "--out", "x.npz"], &["a: nothing was fitted there"]),
+        (&["export", "a", "--to", "qps", "--out", "x.qps"], &["a: nothing was fitted there"]),
         (&["export", "a", "--to", "mps", "--out", "x"], &["--to", "qps", "npz"]),
         (&["export", "none", "--to", "qps", "--out", "x"], &["none: there is no such folder"]),
     ] {
@@ -272,6 +295,75 @@ fn what_cannot_be_compared_or_exported_is_refused() {
     assert!(code == 2 && stderr.contains("is not the file that was written with solution.json"), "{stderr}");
 }
 
+/// The numbers in the array `name` of the NPZ file `bytes`.
+fn numbers(bytes: &[u8], name: &str) -> Vec<f64> {
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).expect("a zip");
+    let mut npy = Vec::new();
+    let mut entry = archive.by_name(&format!("{name}.npy")).expect("an array");
+    std::io::Read::read_to_end(&mut entry, &mut npy).expect("read");
+    npyz::NpyFile::new(&npy[..]).expect("npy").into_vec().expect("numbers")
+}
+
+#[test]
+fn what_moves_without_a_fit_is_exported_as_arrays_too() {
+    let dir = tempfile::tempdir().expect("a folder");
+    result(&dir, "a", &["forward", "--activate", "zygomaticus_major_l=0.2"]);
+    let (code, _, stderr) = run(modiolus(&dir).args(["export", "a", "--to", "npz", "--out", "a.npz"]));
+    assert_eq!(code, 0, "{stderr}");
+    let bytes = fs::read(dir.path().join("a.npz")).expect("written");
+    let answer = read_answer(&dir.path().join("a")).expect("a result");
+    assert_eq!(numbers(&bytes, "displacement"), answer.displacement);
+    let face = standard(&Resolution::COARSE);
+    let rows = numbers(&bytes, "landmark_displacement");
+    for (landmark, row) in face.landmarks.iter().zip(rows.chunks(3)) {
+        let u = landmark.site.displacement(&answer.displacement);
+        assert_eq!([u.x, u.y, u.z], row, "{}", landmark.name);
+    }
+    let active: f64 = numbers(&bytes, "activation").iter().sum();
+    assert_eq!(active, 0.2);
+    assert!(numbers(&bytes, "marker_target").iter().all(|mm| mm.is_nan()), "nothing was asked");
+}
+
+/// A target that is met at rest: both fits end at once. The second run draws what is there.
+#[test]
+fn a_gallery_has_a_picture_of_both_strains_and_figures_of_each_target() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let target = "name = \"still\"\ndescription = \"Nothing moves.\"\nprovenance = \"Posed.\"\nunit = \"mm\"\neffort = 1.0\n\
+                  [[marker]]\nlandmark = \"cheilion_l\"\ndisplacement_mm = [0.0, 0.0, 0.0]\nsigma_mm = 1.0\n";
+    fs::write(dir.path().join("still.toml"), target).expect("written");
+    let gallery = |more: &[&str]| {
+        let mut command = modiolus(&dir);
+        command.args(["gallery", "still.toml", "--face", "standard_coarse", "--out", "drawn"]);
+        run(command.args(["--answers", "answers"]).args(more))
+    };
+    let (code, list, stderr) = gallery(&[]);
+    assert_eq!(code, 0, "{stderr}");
+    assert_eq!(list.lines().collect::<Vec<_>>(), ["drawn/still.png", "drawn/README.md"]);
+    assert!(
+        stderr.contains("still, finite strain, muscles 2.5 times as strong: fitted for at most 10 min"),
+        "{stderr}"
+    );
+    let index = fs::read_to_string(dir.path().join("drawn/README.md")).expect("written");
+    for part in [
+        "| linear strain | solved | 0.00 | 0 | 0 |",
+        "times as strong | solved | 0.00 | 0 | 0 |",
+        "(still.png)",
+    ] {
+        assert!(index.contains(part), "\"{part}\" is not in: {index}");
+    }
+    let picture = fs::read(dir.path().join("drawn/still.png")).expect("written");
+    let (code, _, stderr) = gallery(&[]);
+    assert!(code == 0 && !stderr.contains("fitted for"), "{stderr}");
+    assert_eq!(fs::read(dir.path().join("drawn/still.png")).expect("written"), picture);
+
+    fs::write(dir.path().join("drawn/notes.txt"), "mine").expect("written");
+    let (code, _, stderr) = gallery(&[]);
+    assert!(
+        code == 2 && stderr.contains("drawn holds files that are no figures, such as notes.txt"),
+        "{stderr}"
+    );
+}
+
 /// The program of a result, whose arrays `tests/interop/check_certificate.py` checks.
 #[test]
 fn the_program_of_a_result_is_exported_in_three_forms_and_only_of_what_it_was_fitted_from() {
@@ -284,13 +376,7 @@ fn the_program_of_a_result_is_exported_in_three_forms_and_only_of_what_it_was_fi
     let (code, _, stderr) = export("npz", "a.npz");
     assert_eq!(code, 0, "{stderr}");
     let bytes = fs::read(dir.path().join("a.npz")).expect("written");
-    let numbers = |name: &str| -> Vec<f64> {
-        let mut archive = zip::ZipArchive::new(std::io::Cursor::new(&bytes)).expect("a zip");
-        let mut npy = Vec::new();
-        let mut entry = archive.by_name(&format!("{name}.npy")).expect("an array");
-        std::io::Read::read_to_end(&mut entry, &mut npy).expect("read");
-        npyz::NpyFile::new(&npy[..]).expect("npy").into_vec().expect("numbers")
-    };
+    let numbers = |name: &str| numbers(&bytes, name);
     let (x, p, q, r) = (numbers("x"), numbers("P"), numbers("q"), numbers("r")[0]);
     let n = x.len();
     let quadratic: f64 = (0..n * n).map(|k| 0.5 * x[k / n] * p[k] * x[k % n]).sum();

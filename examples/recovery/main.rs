@@ -13,6 +13,7 @@ use modiolus::forward::{Model, Response};
 use modiolus::inverse::{ContactMode, Goal, Marker, Observations, Place, Prior, Problem, Target};
 use modiolus::io::read_face;
 use modiolus::mesh::{Locator, Site};
+use modiolus::report::{Recovered, recovery_plot};
 use modiolus::units::Vec3;
 use nalgebra::DVector;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -136,22 +137,8 @@ struct Case<'a> {
     trials: usize,
 }
 
-/// An interval and what it should hold.
-struct Held {
-    truth: f64,
-    value: f64,
-    min: f64,
-    max: f64,
-}
-
-impl Held {
-    fn holds(&self) -> bool {
-        self.min - 1e-6 <= self.truth && self.truth <= self.max + 1e-6
-    }
-}
-
 /// Ten muscles of `truth`, drawn at random, act at random; what the markers show of it is fitted on `here`.
-fn recover(case: &Case<'_>) -> Vec<Held> {
+fn recover(case: &Case<'_>) -> Vec<Recovered> {
     let Case { here, truth, noise_mm, .. } = *case;
     let mut random = Random(Xoshiro256PlusPlus::seed_from_u64(7));
     let m = truth.muscles.len();
@@ -199,16 +186,16 @@ fn recover(case: &Case<'_>) -> Vec<Held> {
         let Some(program) = &solution.program else { continue };
         for unknown in Certainty::of(program, case.discrepancy).unwrap().unknowns {
             let truth = true_of(&unknown.name);
-            found.push(Held { truth, value: unknown.value, min: unknown.min, max: unknown.max });
+            found.push(Recovered { truth, value: unknown.value, min: unknown.min, max: unknown.max });
         }
     }
     found
 }
 
 /// The row of a case: coverage of all intervals and of those of muscles that act, their mean width, the error.
-fn row(case: &Case<'_>, found: &[Held]) -> String {
-    let share = |of: &dyn Fn(&&Held) -> bool| {
-        let chosen: Vec<&Held> = found.iter().filter(of).collect();
+fn row(case: &Case<'_>, found: &[Recovered]) -> String {
+    let share = |of: &dyn Fn(&&Recovered) -> bool| {
+        let chosen: Vec<&Recovered> = found.iter().filter(of).collect();
         100. * chosen.iter().filter(|h| h.holds()).count() as f64 / chosen.len() as f64
     };
     let count = found.len() as f64;
@@ -224,57 +211,6 @@ fn row(case: &Case<'_>, found: &[Held]) -> String {
         share(&|h| h.truth > 0.),
         width
     )
-}
-
-/// Intervals against the truth, one line an activation, the truth from left to right.
-fn figure(title: &str, found: &[Held]) -> String {
-    let title = title.replace('<', "&lt;");
-    let (width, height, margin) = (640., 360., 48.);
-    let middle = height / 2.;
-    let x = |v: f64| margin + v * (width - 2. * margin);
-    let y = |v: f64| height - margin - v * (height - 2. * margin);
-    let mut svg = format!(
-        "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {width} {height}' font-family='sans-serif' font-size='13'>\n\
-         <rect width='{width}' height='{height}' fill='white'/>\n\
-         <text x='{margin}' y='24'>{title}</text>\n\
-         <text x='{}' y='{}' text-anchor='middle'>true activation</text>\n\
-         <text x='14' y='{}' transform='rotate(-90 14 {middle})' text-anchor='middle'>interval and answer</text>\n",
-        width / 2.,
-        height - 10.,
-        middle
-    );
-    for tick in [0., 0.5, 1.] {
-        svg += &format!(
-            "<path d='M{} {}V{}M{} {}H{}' stroke='#ddd'/>\n<text x='{}' y='{}' text-anchor='middle'>{tick}</text>\n\
-             <text x='{}' y='{}' text-anchor='end'>{tick}</text>\n",
-            x(tick),
-            y(0.),
-            y(1.),
-            x(0.),
-            y(tick),
-            x(1.),
-            x(tick),
-            y(0.) + 18.,
-            x(0.) - 6.,
-            y(tick) + 4.
-        );
-    }
-    svg +=
-        &format!("<path d='M{} {}L{} {}' stroke='#888' stroke-dasharray='4'/>\n", x(0.), y(0.), x(1.), y(1.));
-    for held in found.iter().filter(|h| h.truth > 0.).take(120) {
-        // Colours that people who cannot tell red from green tell apart.
-        let colour = if held.holds() { "#0072b2" } else { "#d55e00" };
-        svg += &format!(
-            "<path d='M{:.1} {:.1}V{:.1}' stroke='{colour}' stroke-width='2' opacity='.6'/><circle cx='{:.1}' cy='{:.1}' r='2.5' \
-             fill='{colour}'/>\n",
-            x(held.truth),
-            y(held.min),
-            y(held.max),
-            x(held.truth),
-            y(held.value)
-        );
-    }
-    svg + "</svg>\n"
 }
 
 const INTRODUCTION: &str = "# Activations recovered
@@ -357,7 +293,7 @@ fn main() {
             "badin <- other muscles" if case.noise_mm == 0.1 => "recovery_anatomy.svg",
             _ => continue,
         };
-        std::fs::write(figures.join(name), figure(case.title, &found)).unwrap();
+        std::fs::write(figures.join(name), recovery_plot(case.title, &found)).unwrap();
     }
     text += "\n![Intervals against the truth, another mesh](figures/recovery_mesh.svg)\n\n\
              ![Intervals against the truth, another anatomist's muscles](figures/recovery_anatomy.svg)\n";

@@ -51,6 +51,8 @@ pub(crate) enum Verb {
     Render(RenderOptions),
     /// Draw the figures of the standard face: rest, smile, where muscle forces go, what each muscle does.
     Figures(FiguresOptions),
+    /// Fit targets by linear and by finite strain and draw them beside each other, with an index of their figures.
+    Gallery(GalleryOptions),
     /// Write results as a page for a browser: the face that moves, its muscles, markers and tables, in one file.
     Report(ReportOptions),
     /// Plot the figures of a result.
@@ -466,7 +468,7 @@ pub(crate) struct ReportOptions {
     #[arg(
         value_name = "RESULT",
         required = true,
-        help = "A folder that fit or forward wrote; two are shown beside each other"
+        help = "A folder that fit or forward wrote; two are shown beside each other; or one that track wrote"
     )]
     pub(crate) results: Vec<PathBuf>,
     /// The page to write.
@@ -486,14 +488,17 @@ pub(crate) struct ReportOptions {
     /// Play the rows of a table of activations by superposition of the tangent at RESULT: columns `time_s` and the muscles'.
     #[arg(long, value_name = "TABLE.csv", conflicts_with = "sequence")]
     pub(crate) frames: Option<PathBuf>,
+    /// Show every Kth frame of a track [default: so that there are eighty at most].
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) every: Option<u16>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct PlotOptions {
     #[arg(value_name = "RESULT", help = "A folder that fit or forward wrote")]
     pub(crate) result: PathBuf,
-    /// What to plot: activations with their intervals, residuals of the markers, effort against misfit, left against right, or
-    /// activations over time.
+    /// What to plot: activations with their intervals, residuals of the markers, effort against misfit, left against right, force
+    /// over length, or activations over time.
     #[arg(long, value_enum)]
     pub(crate) kind: PlotKind,
     /// The plot to write.
@@ -515,6 +520,8 @@ pub(crate) enum PlotKind {
     LCurve,
     /// Left against right.
     Symmetry,
+    /// Force of the muscles over their length.
+    Length,
     /// Activations over time.
     Time,
 }
@@ -580,6 +587,30 @@ pub(crate) struct FiguresOptions {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct GalleryOptions {
+    #[arg(
+        value_name = "TARGET.toml|DIR",
+        default_value = "targets",
+        help = "Target files, or folders of them"
+    )]
+    pub(crate) targets: Vec<PathBuf>,
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    /// How strong the muscles are at finite strain, as a multiple of their `max_force_n`.
+    #[arg(long, value_name = "FACTOR", default_value = "2.5", value_parser = parse_strength)]
+    pub(crate) strength: f64,
+    /// How long a fit may take; one that has not ended by then has no answer.
+    #[arg(long, value_name = "MINUTES", default_value = "10", value_parser = clap::value_parser!(u16).range(1..=1440))]
+    pub(crate) minutes: u16,
+    /// Folder for the answers, DIR/TARGET/STRAIN; those that are there already are drawn as they are.
+    #[arg(long, value_name = "DIR", default_value = "out/gallery")]
+    pub(crate) answers: PathBuf,
+    /// Folder for the pictures and README.md, their index.
+    #[arg(long, value_name = "DIR", default_value = "docs/gallery")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct RegisterOptions {
     #[arg(
         value_name = "SCAN",
@@ -631,6 +662,9 @@ pub(crate) struct SurgeryOptions {
     /// moves.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
+    /// Draw the face before and after, from the front and the left, the profile before over both.
+    #[arg(long, value_name = "FILE.png", value_parser = |text: &str| parse_out(text, "png", "pictures are written as PNG"))]
+    pub(crate) picture: Option<PathBuf>,
     /// Print solution.json instead of the table.
     #[arg(long)]
     pub(crate) json: bool,

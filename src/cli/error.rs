@@ -11,7 +11,7 @@ use modiolus::inverse::{InverseError, TargetError};
 use modiolus::io::{
     ActivationTableError, AnswerFileError, FaceExportError, FaceFileError, Location, MapFileError,
     MappedRecordingError, MeshFileError, PlanFileError, RecordingFileError, Standing, SuiteError,
-    TargetFileError, WriteError,
+    TargetFileError, TrackFileError, WriteError,
 };
 use modiolus::recording::SubjectError;
 use modiolus::registration::RegistrationError;
@@ -96,12 +96,16 @@ pub(crate) enum CliError {
     ChangedInput { dir: PathBuf, input: String },
     #[error("{}: fitted again, its inputs give other activations: it was written by another version; fit it again", .0.display())]
     OtherAnswer(PathBuf),
-    #[error("the program cannot be put together: {0}")]
-    Program(std::io::Error),
+    #[error("the arrays cannot be put together: {0}")]
+    Npz(std::io::Error),
     #[error("{}: holds how the tissue follows moved bones, not what muscles do; compare results of fit or forward on the faces before and after", .0.display())]
     ResultOfOperation(PathBuf),
     #[error("{} and {} are results on different faces: a sequence is of one", first.display(), other.display())]
     SequenceOfFaces { first: PathBuf, other: PathBuf },
+    #[error("{}: is a track, which is shown alone: leave out other results, --sequence and --frames", .0.display())]
+    TrackAlone(PathBuf),
+    #[error(transparent)]
+    TrackFiles(#[from] TrackFileError),
     #[error("--frames: there is no tangent at the answer of {0}, by which frames could be superposed")]
     NoTangent(String),
     #[error("--kind time needs a table of activations: give --frames TABLE.csv")]
@@ -124,6 +128,10 @@ pub(crate) enum CliError {
     NoTeeth { face: String },
     #[error("--out: {} holds files that are no figures, such as {found}; give a folder of its own", folder.display())]
     OtherFolder { folder: PathBuf, found: String },
+    #[error("{}: the fit ended with the error above", target.display())]
+    GalleryFit { target: PathBuf },
+    #[error("a fit cannot be run as a process of its own: {0}")]
+    Process(std::io::Error),
     #[error(transparent)]
     Render(#[from] RenderError),
     #[error("--out: {0}")]

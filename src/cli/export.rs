@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use modiolus::contact::PairKind;
 use modiolus::face::{ContactLoad, Face};
 use modiolus::forward::{Deformation, cell_muscles};
-use modiolus::io::{ContactJson, FileSet, SolutionJson, Standing, VtuData, vtu_text};
+use modiolus::io::{ContactJson, FileSet, SolutionJson, Standing, VtuData, WriteError, vtu_text};
 use modiolus::study::Strain;
 use modiolus::units::{Vec3, counted};
 

@@ -29,7 +29,7 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
     let loaded = load(&options.common.face, &mut progress)?.with_strength(options.common.strength);
     let face = &loaded.face;
     let out = &options.out;
-    only_figures(out)?;
+    only_figures(out, &[])?;
     fs::create_dir_all(out).map_err(|reason| WriteError::new(out, reason))?;
     let stems = muscle_stems(face);
     let stem_of = |name: &str| {
@@ -73,9 +73,9 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
         write("smile.png", &three_views(&scene, &Drawing { displacement: Some(u), ..Drawing::default() })?)?;
     }
     let after_scene = progress.step("prepare", || Scene::new(&after.face));
-    let both = [(&scene, &smile), (&after_scene, &smile_after)]
-        .map(|(scene, fitted)| (scene, fitted.answer.displacement.as_deref()));
-    write(&format!("{}.png", file_name(&plan.name)), &before_and_after(both, "smile")?)?;
+    let both = [&smile, &smile_after].map(|fitted| fitted.answer.displacement.as_deref());
+    let sheet = before_and_after([&scene, &after_scene], &[("smile", both)])?;
+    write(&format!("{}.png", file_name(&plan.name)), &sheet)?;
     let muscles = Drawing { show: Show { muscles: true, ..Show::FACE }, ..Drawing::default() };
     write("muscles.png", &scene.draw(&Drawing { size: (800, 430), ..muscles })?)?;
     let known: Vec<&str> = FORCES.into_iter().filter(|f| stems.iter().any(|s| s == f)).collect();
@@ -106,10 +106,13 @@ pub(crate) fn run(options: &FiguresOptions) -> Result<Outcome, CliError> {
     Ok(Outcome { text: list, solved: true })
 }
 
-/// Refuses a folder in which anything but pictures stands: it was not made here.
-fn only_figures(folder: &Path) -> Result<(), CliError> {
+/// Refuses a folder in which anything but pictures and files of the names `also` stands: it was not made here.
+pub(crate) fn only_figures(folder: &Path, also: &[&str]) -> Result<(), CliError> {
     let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
-    let is_figure = |path: &Path| path.extension().is_some_and(|e| e == "png" || e == "svg");
+    let is_figure = |path: &Path| {
+        path.extension().is_some_and(|e| e == "png" || e == "svg")
+            || also.iter().any(|name| path.ends_with(name))
+    };
     let mut others: Vec<_> =
         entries.flatten().filter(|e| !is_figure(&e.path())).map(|e| e.file_name()).collect();
     others.sort();

@@ -23,7 +23,13 @@ pub(crate) fn run(options: &MapOptions) -> Result<Outcome, CliError> {
     let fixed = progress.step("factorise", || model.at(&held)).map_err(forward)?;
     let displacement = progress.step("solve", || fixed.map());
     let muscles = model.muscles();
-    let map = MapNpz { points: &face.mesh.points, muscles, displacement: &displacement, stiffness };
+    let map = MapNpz {
+        points: &face.mesh.points,
+        landmarks: &face.landmarks,
+        muscles,
+        displacement: &displacement,
+        stiffness,
+    };
     let bytes = map.to_bytes()?;
     write_atomically(&options.out, &bytes)?;
     say(&format!("wrote {}", options.out.display()));

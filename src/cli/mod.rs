@@ -9,6 +9,7 @@ mod face_verbs;
 mod figures;
 mod fit;
 mod forward;
+mod gallery;
 mod identify;
 mod load;
 mod map;
@@ -111,6 +112,7 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
         Verb::Recording(options) => recording::run(&options),
         Verb::Render(options) => render::run(&options),
         Verb::Figures(options) => figures::run(&options),
+        Verb::Gallery(options) => gallery::run(&options),
         Verb::Plot(options) => plot::run(&options),
         Verb::Report(options) => report::run(&options),
         Verb::Register(options) => register::run(&options),

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use modiolus::certainty::Discrepancy;
-use modiolus::io::{AnswerFiles, ProgramFile, read_answer, read_target, write_atomically};
+use modiolus::io::{AnswerFiles, ProgramFile, read_answer, read_target, result_npz, write_atomically};
 use modiolus::study::Strain;
 
 use super::Outcome;
@@ -15,17 +15,27 @@ use super::export::keep_inputs;
 use super::fit::Asked;
 use super::load::{input_name, load};
 use super::progress::{Progress, say};
+use super::render::read_moved;
 
 pub(crate) fn run(options: &ExportOptions, format: ProgramFormat) -> Result<Outcome, CliError> {
     let dir = &options.result;
     let answer = read_answer(dir)?;
-    let target = answer.target.as_ref().ok_or_else(|| CliError::NothingFitted(dir.clone()))?;
-    let path = PathBuf::from(&target.file);
     keep_inputs(&answer.inputs, [options.out.clone()])?;
+    let mut progress = Progress::new();
+    let Some(target) = &answer.target else {
+        if format != ProgramFormat::Npz {
+            return Err(CliError::NothingFitted(dir.clone()));
+        }
+        let (loaded, answer) = read_moved(dir, &mut progress)?;
+        let bytes = result_npz(&loaded.face, &answer, None).map_err(CliError::Npz)?;
+        write_atomically(&options.out, &bytes)?;
+        say(&format!("wrote {}: the field and the activations; nothing was fitted", options.out.display()));
+        return Ok(Outcome { text: format!("{}\n", options.out.display()), solved: true });
+    };
+    let path = PathBuf::from(&target.file);
     let fit_options = fit_options(&answer).ok_or_else(|| CliError::OlderResult(dir.clone()))?;
     let document = read_target(&path)?;
     unchanged(dir, &answer, &input_name(&path), &document.sha256)?;
-    let mut progress = Progress::new();
     let loaded = load(&fit_options.common.face, &mut progress)?.with_strength(fit_options.common.strength);
     for (name, sha256) in &loaded.inputs {
         unchanged(dir, &answer, name, sha256)?;
@@ -39,7 +49,7 @@ pub(crate) fn run(options: &ExportOptions, format: ProgramFormat) -> Result<Outc
     let program = fitted.program.ok_or_else(|| CliError::NothingFitted(dir.clone()))?;
     let file = ProgramFile::new(asked.target(), &program);
     let bytes = match format {
-        ProgramFormat::Npz => file.npz().map_err(CliError::Program)?,
+        ProgramFormat::Npz => result_npz(&loaded.face, &answer, Some(&file)).map_err(CliError::Npz)?,
         ProgramFormat::Qps => file.qps().into_bytes(),
         ProgramFormat::Qp => file.lp().into_bytes(),
     };

@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use modiolus::face::Face;
-use modiolus::io::{AnswerFiles, read_activations, write_atomically};
-use modiolus::report::{MOST_RESULTS, Motion, MotionState, ReportError, ShownResult, page};
+use modiolus::io::{AnswerFiles, TrackFiles, read_activations, read_track, write_atomically};
+use modiolus::report::{
+    MOST_FRAMES, MOST_RESULTS, Motion, MotionState, ReportError, ShownResult, Told, page, tracked_motion,
+};
 use modiolus::study::{Mechanics, Strain};
 
 use super::Outcome;
@@ -23,6 +25,9 @@ pub(crate) struct Read {
 }
 
 pub(crate) fn run(options: &ReportOptions) -> Result<Outcome, CliError> {
+    if let Some(track) = options.results.iter().find(|folder| TrackFiles::is_in(folder)) {
+        return tracked(track, options);
+    }
     let found = options.results.len();
     if found > MOST_RESULTS && !options.sequence {
         return Err(ReportError::Results { found }.into());
@@ -51,10 +56,44 @@ pub(crate) fn run(options: &ReportOptions) -> Result<Outcome, CliError> {
             read.iter().zip(&of).map(one).collect::<Result<_, _>>()?
         }
     };
-    let html = progress.step("put together", || page(&faces, &shown))?;
+    write(&faces, &shown, options, &mut progress)
+}
+
+fn write(
+    faces: &[&Face],
+    shown: &[ShownResult<'_>],
+    options: &ReportOptions,
+    progress: &mut Progress,
+) -> Result<Outcome, CliError> {
+    let html = progress.step("put together", || page(faces, shown))?;
     write_atomically(&options.out, html.as_bytes())?;
     say(&format!("wrote {}, {:.1} MB", options.out.display(), html.len() as f64 / 1e6));
     Ok(Outcome { text: format!("{}\n", options.out.display()), solved: true })
+}
+
+/// The page of the track in `folder`.
+fn tracked(folder: &Path, options: &ReportOptions) -> Result<Outcome, CliError> {
+    if options.results.len() > 1 || options.sequence || options.frames.is_some() {
+        return Err(CliError::TrackAlone(folder.to_owned()));
+    }
+    let mut progress = Progress::new();
+    let track = progress.step("read", || read_track(folder))?;
+    let summary = &track.summary;
+    let loaded = load(&FaceChoice::named(&summary.face), &mut progress)?.with_strength(summary.strength);
+    for (input, sha256) in &loaded.inputs {
+        if summary.inputs.get(input) != Some(sha256) {
+            return Err(CliError::ChangedInput { dir: folder.to_owned(), input: input.clone() });
+        }
+    }
+    keep_inputs(&summary.inputs, [options.out.clone()])?;
+    let every = options.every.map_or_else(|| track.frames.len().div_ceil(MOST_FRAMES), usize::from);
+    let motion = progress
+        .step("move the face", || tracked_motion(&loaded.face, &track, every))
+        .map_err(|error| CliError::Displacements(Box::new(error)))?;
+    let recording = Path::new(&summary.recording).file_name().unwrap_or_default().to_string_lossy();
+    let title = format!("{recording} on {}", loaded.face.name);
+    let shown = [ShownResult { title, told: Told::Track(&track), face: 0, motion }];
+    write(&[&loaded.face], &shown, options, &mut progress)
 }
 
 pub(crate) fn result(folder: &Path, progress: &mut Progress) -> Result<Read, CliError> {
@@ -88,6 +127,7 @@ fn state(Read { loaded, answer, .. }: &Read, label: &str, time: f64) -> MotionSt
         displacement: Some(answer.displacement.clone()),
         pressure_kpa: answer.pressure_kpa.clone(),
         pose: pose(&loaded.face, answer.jaw_opening_mm),
+        residual_mm: Vec::new(),
     }
 }
 
@@ -108,7 +148,7 @@ pub(crate) fn motion(read: &Read, parts: u8, progress: &mut Progress) -> Result<
 }
 
 /// The mechanics that an answer was computed with; `None` where it does not say.
-fn mechanics(answer: &AnswerFiles) -> Option<Mechanics> {
+pub(crate) fn mechanics(answer: &AnswerFiles) -> Option<Mechanics> {
     Some(Mechanics {
         strain: Strain::parse(&answer.strain)?,
         stiffness: parse_stiffness(&answer.stiffness).ok()?,
@@ -140,11 +180,12 @@ fn shown<'a>(
             displacement: None,
             pressure_kpa: None,
             pose: motion.answer.pose.clone(),
+            residual_mm: Vec::new(),
         };
         let states = table.times_s.iter().enumerate().map(frame).collect();
         motion = motion.with_sequence(states);
     }
-    Ok(ShownResult { title: read.title.clone(), answer: &read.answer, face, motion })
+    Ok(ShownResult { title: read.title.clone(), told: Told::Answer(&read.answer), face, motion })
 }
 
 /// All results as one, a second apart; the tangent is that of the last.
@@ -157,5 +198,5 @@ fn sequence<'a>(
     let states = read.iter().enumerate().map(|(k, read)| state(read, &read.title, k as f64)).collect();
     let motion = motion(last, 1, progress)?.with_sequence(states);
     let title = format!("{} results on {}", options.results.len(), last.loaded.face.name);
-    Ok(ShownResult { title, answer: &last.answer, face: 0, motion })
+    Ok(ShownResult { title, told: Told::Answer(&last.answer), face: 0, motion })
 }

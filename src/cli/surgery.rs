@@ -3,6 +3,7 @@
 use modiolus::face::{ContactLoad, Face, Pose, SurgicalPlan};
 use modiolus::forward::{OperationError, operate, operate_at_finite_strain};
 use modiolus::io::{FileSet, put_face, read_plan};
+use modiolus::render::{Scene, before_and_after};
 use modiolus::study::{Mechanics, MovedContact, Strain};
 use modiolus::units::Vec3;
 
@@ -13,6 +14,7 @@ use super::export::{ANSWER, Answer, export, keep_inputs};
 use super::forward::{State, contact_report, forward_json, unsettled};
 use super::load::{input_name, load as load_face};
 use super::progress::{Progress, say};
+use super::render::write_image;
 
 pub(crate) fn run(options: &SurgeryOptions) -> Result<Outcome, CliError> {
     let mut progress = Progress::new();
@@ -22,7 +24,8 @@ pub(crate) fn run(options: &SurgeryOptions) -> Result<Outcome, CliError> {
     // Before the work: the names of its files are those of any written face.
     let mut set = FileSet::new(&options.out);
     put_face(&mut set, &loaded.face)?;
-    keep_inputs(&loaded.inputs, set.names().chain(ANSWER).map(|name| options.out.join(name)))?;
+    let files = set.names().chain(ANSWER).map(|name| options.out.join(name));
+    keep_inputs(&loaded.inputs, files.chain(options.picture.clone()))?;
     let face = &loaded.face;
     let operated = progress.step("operate", || match options.strain {
         Strain::Linear => linear(&document.plan, face),
@@ -34,6 +37,13 @@ pub(crate) fn run(options: &SurgeryOptions) -> Result<Outcome, CliError> {
         }
         other => CliError::Operation { plan: options.plan.clone(), error: Box::new(other) },
     })?;
+    let picture = match &options.picture {
+        Some(path) => {
+            let scenes = progress.step("prepare", || [face, &healed].map(Scene::new));
+            Some((path, progress.step("draw", || before_and_after(scenes.each_ref(), &[]))?))
+        }
+        None => None,
+    };
     let mechanics = Mechanics { strain: options.strain, contact: true, ..Mechanics::default() };
     let json = forward_json(&loaded, &state, (mechanics, 1.), progress);
     put_face(&mut set, &healed)?;
@@ -45,6 +55,9 @@ pub(crate) fn run(options: &SurgeryOptions) -> Result<Outcome, CliError> {
         text += &moved_bones(&healed, &pose);
     }
     say(&format!("wrote the new face to {}", options.out.join("face.toml").display()));
+    if let Some((path, image)) = picture {
+        write_image(path, &image)?;
+    }
     Ok(Outcome { text, solved: true })
 }
 

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::npz::Npz;
+use crate::face::Landmark;
 use crate::units::Vec3;
 
 /// An activation map cannot be written.
@@ -32,6 +33,8 @@ pub enum MapFileError {
 pub struct MapNpz<'a> {
     /// Rest positions of the `n` points, mm.
     pub points: &'a [Vec3],
+    /// The `l` landmarks, whose rows stand beside the whole field.
+    pub landmarks: &'a [Landmark],
     /// Names of the `m` muscles.
     pub muscles: &'a [String],
     /// Columns of `K^-1 F`: for each of the `m` muscles the displacement (3n, node-major xyz), mm per
@@ -43,6 +46,7 @@ pub struct MapNpz<'a> {
 
 impl MapNpz<'_> {
     /// The bytes of the file: `points` (n, 3) mm, `displacement` (m, n, 3) mm per unit activation,
+    /// `landmarks` (l) names, `landmark_points` (l, 3) mm, `landmark_displacement` (m, l, 3) mm per unit activation,
     /// `muscles` (m) names, `stiffness` () activation at which the stiffness is held.
     ///
     /// The arrays are stored, not compressed, under a fixed date: the same map gives the same bytes.
@@ -63,6 +67,8 @@ impl MapNpz<'_> {
         let mut file = Npz::new();
         file.numbers("points", &[rows, 3], points)?;
         file.numbers("displacement", &[layers, rows, 3], displacement)?;
+        let fields: Vec<&[f64]> = self.displacement.iter().map(Vec::as_slice).collect();
+        file.landmarks(self.landmarks, &[layers], &fields)?;
         file.names("muscles", self.muscles)?;
         file.numbers("stiffness", &[], [self.stiffness])?;
         Ok(file.finish()?)
@@ -74,11 +80,15 @@ mod tests {
     use std::io::Cursor;
 
     use super::*;
+    use crate::mesh::Site;
 
     fn map(displacement: &[Vec<f64>]) -> Result<Vec<u8>, MapFileError> {
         let points = [Vec3::new(1., 2., 3.), Vec3::new(4., 5., 6.)];
         let muscles = ["a".to_owned(), "mentalis_é".to_owned(), "c".to_owned()];
-        MapNpz { points: &points, muscles: &muscles, displacement, stiffness: 0.5 }.to_bytes()
+        let site = Site { position: points[0], weights: vec![(0, 0.25), (1, 0.75)] };
+        let landmarks = [Landmark { name: "between".to_owned(), site }];
+        MapNpz { points: &points, landmarks: &landmarks, muscles: &muscles, displacement, stiffness: 0.5 }
+            .to_bytes()
     }
 
     fn entry(bytes: &[u8], name: &str) -> Vec<u8> {
@@ -98,6 +108,12 @@ mod tests {
         assert_eq!(file.shape(), [3, 2, 3]);
         let values: Vec<f64> = file.into_vec().expect("numbers");
         assert_eq!(values, u.concat());
+        let npy = entry(&bytes, "landmark_displacement.npy");
+        let file = npyz::NpyFile::new(&npy[..]).expect("npy");
+        assert_eq!(file.shape(), [3, 1, 3]);
+        let rows: Vec<f64> = file.into_vec().expect("numbers");
+        let expected = u.iter().flat_map(|u| (0..3).map(|k| 0.25 * u[k] + 0.75 * u[3 + k]));
+        assert!(rows.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12));
         let npy = entry(&bytes, "muscles.npy");
         let names: Vec<String> = npyz::NpyFile::new(&npy[..]).expect("npy").into_vec().expect("names");
         assert_eq!(names, ["a", "mentalis_é", "c"]);

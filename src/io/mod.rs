@@ -39,6 +39,7 @@ mod program_file;
 mod program_text;
 mod recording_file;
 mod registration_json;
+mod result_npz;
 mod schema;
 mod sha256;
 mod solution_json;
@@ -53,6 +54,7 @@ mod target_toml;
 mod tetgen;
 mod text;
 mod track_blocks;
+mod track_files;
 mod track_json;
 mod track_tables;
 mod vtk;
@@ -97,6 +99,7 @@ pub use registration_json::{
     AsymmetryJson, DepthJson, DistancesJson, LandmarkErrorJson, MuscleLengthJson, RegistrationJson,
     SimilarityJson, registration_schema,
 };
+pub use result_npz::result_npz;
 pub use sha256::sha256;
 pub use solution_json::{
     CertificateJson, ContactJson, ExpectedJson, FeatureJson, LimitJson, LimitKindWord, MarkerJson,
@@ -113,6 +116,7 @@ pub use target_toml::{
     target_schema,
 };
 pub use track_blocks::TrackBlocks;
+pub use track_files::{FrameRow, TrackFileError, TrackFiles, read_track};
 pub use track_json::{
     AlignmentJson, BoundJson, CheckedFrameJson, CheckedJson, HeadJson, IntervalsJson, MetJson, OutlierJson,
     SwapJson, TrackJson, track_schema,

@@ -6,6 +6,9 @@ use npyz::WriterBuilder;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
+use crate::face::Landmark;
+use crate::units::Vec3;
+
 /// A zip of NumPy arrays that NumPy opens with `allow_pickle=False`.
 ///
 /// The arrays are stored, not compressed, under a fixed date: the same arrays give the same bytes.
@@ -44,6 +47,24 @@ impl Npz {
         }
         writer.finish()?;
         self.add(name, &bytes)
+    }
+
+    /// Of points (l) on a face their names as `landmarks`, places as `landmark_points` (l, 3), mm, and displacements in each of
+    /// `fields` (3n) as `landmark_displacement`, of `shape` before the last two indices.
+    pub(super) fn landmarks(
+        &mut self,
+        landmarks: &[Landmark],
+        shape: &[u64],
+        fields: &[&[f64]],
+    ) -> io::Result<()> {
+        let names: Vec<String> = landmarks.iter().map(|landmark| landmark.name.clone()).collect();
+        self.names("landmarks", &names)?;
+        let rows = [landmarks.len() as u64, 3];
+        let xyz = |v: Vec3| [v.x, v.y, v.z];
+        self.numbers("landmark_points", &rows, landmarks.iter().flat_map(|l| xyz(l.site.position)))?;
+        let moved =
+            |u: &&[f64]| landmarks.iter().flat_map(|l| xyz(l.site.displacement(u))).collect::<Vec<_>>();
+        self.numbers("landmark_displacement", &[shape, &rows].concat(), fields.iter().flat_map(moved))
     }
 
     /// The bytes of the archive.

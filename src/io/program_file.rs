@@ -69,15 +69,14 @@ impl<'a> ProgramFile<'a> {
         }
     }
 
-    /// NumPy arrays: `P`, `q`, `r`, `A`, `b`, `G`, `h`, `lower`, `upper`; the answer `x`, `y`, `z`, `z_lower`, `z_upper`; the
+    /// The arrays `P`, `q`, `r`, `A`, `b`, `G`, `h`, `lower`, `upper`; the answer `x`, `y`, `z`, `z_lower`, `z_upper`; the
     /// names `variables`, `equality_names`, `inequality_names`; the residuals `1/2 |residual_matrix x + residual_value|^2` of
     /// which the objective is the sum, with `part_names`, `part_rows` (first row and the one after the last) and
     /// `part_objective`; of each contact what it keeps apart, `contact_kinds`, and `touching`, those with a force.
     ///
     /// # Errors
     /// [`io::Error`] when the archive cannot be put together.
-    pub fn npz(&self) -> io::Result<Vec<u8>> {
-        let mut file = Npz::new();
+    pub(super) fn put(&self, file: &mut Npz) -> io::Result<()> {
         let (problem, point) = (&self.program.problem, &self.tangent.point);
         let residuals = self.tangent.residuals();
         let at = residuals.at(&point.x);
@@ -88,7 +87,7 @@ impl<'a> ProgramFile<'a> {
             ("residual_matrix", &residuals.matrix),
         ];
         for (name, matrix) in matrices {
-            put_matrix(&mut file, name, matrix)?;
+            put_matrix(file, name, matrix)?;
         }
         let vectors = [
             ("q", &problem.linear),
@@ -104,7 +103,7 @@ impl<'a> ProgramFile<'a> {
             ("z_upper", &point.upper),
         ];
         for (name, vector) in vectors {
-            put_vector(&mut file, name, vector)?;
+            put_vector(file, name, vector)?;
         }
         file.numbers("r", &[], [problem.constant])?;
         file.names("variables", &self.variables)?;
@@ -124,8 +123,7 @@ impl<'a> ProgramFile<'a> {
             _ => &[],
         };
         file.numbers("touching", &[touching.len() as u64], touching.iter().map(|i| *i as f64))?;
-        file.names("target", &[self.target.to_owned()])?;
-        file.finish()
+        file.names("target", &[self.target.to_owned()])
     }
 
     /// MPS with a `QUADOBJ` section (free form; the upper triangle of `P`), which HiGHS, Gurobi, CPLEX and others read. The

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::DiscrepancyJson;
 use super::schema::{pretty, schema_of};
@@ -15,7 +15,7 @@ use crate::study::{Checked, CheckedFrame, FrameIntervals, Track};
 
 /// A recording fitted, as `summary.json` states it. Lengths mm, forces N, times s, frames from 0; byte-identical from run to
 /// run apart from `timings_s`.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(title = "Modiolus track", deny_unknown_fields)]
 pub struct TrackJson {
     /// The recording as given.
@@ -77,7 +77,7 @@ pub struct TrackJson {
 }
 
 /// The face settled anew in the strongest frame of each block.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct CheckedJson {
     /// How strain was measured: "linear" or "finite".
@@ -87,7 +87,7 @@ pub struct CheckedJson {
 }
 
 /// A frame in which the face was settled anew.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct CheckedFrameJson {
     /// The frame, from 0.
@@ -112,7 +112,7 @@ impl CheckedJson {
 }
 
 /// Intervals of the unknowns in some frames.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct IntervalsJson {
     /// From how many frames one was taken.
@@ -146,7 +146,7 @@ impl IntervalsJson {
 }
 
 /// How well markers are met.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct MetJson {
     /// Observations: markers by frames.
@@ -160,7 +160,7 @@ pub struct MetJson {
 }
 
 /// A marker on the face.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct BoundJson {
     /// The landmark that it is; null where it sits between landmarks.
@@ -174,7 +174,7 @@ pub struct BoundJson {
 }
 
 /// How the subject was brought to the face.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct AlignmentJson {
     /// Size of the face over that of the subject.
@@ -186,7 +186,7 @@ pub struct AlignmentJson {
 }
 
 /// How the head was followed.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct HeadJson {
     /// The markers that move with the skull.
@@ -200,7 +200,7 @@ pub struct HeadJson {
 }
 
 /// Labels that were exchanged.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct SwapJson {
     /// The labels.
@@ -210,7 +210,7 @@ pub struct SwapJson {
 }
 
 /// A marker far from what the others say.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct OutlierJson {
     /// The frame, from 0.

@@ -1,5 +1,6 @@
 //! Sheets of several pictures: where a muscle's force goes, and what it does.
 
+use super::scene::panel;
 use super::{Drawing, Image, LETTER, LINE, RenderError, Scene, Show, View};
 use crate::face::{Face, Muscle, Pose};
 use crate::units::Vec3;
@@ -37,6 +38,8 @@ pub struct Action {
 /// Pixels to the millimetre: of a muscle's sheet, and of the sheet of all.
 const SCALE: f64 = 1.8;
 const SMALL: f64 = 0.82;
+/// The same of poses beside each other.
+const BESIDE: f64 = 2.2;
 /// Width and height of a panel of forces, pixels.
 const FORCES: (usize, usize) = (316, 272);
 /// Room around what a panel of forces frames, mm.
@@ -168,22 +171,26 @@ pub fn three_views(scene: &Scene<'_>, drawing: &Drawing<'_>) -> Result<Image, Re
     Ok(sheet)
 }
 
-/// A face before and after surgery, side by side: at rest above, and moved (3n, mm each) below, from the front and
-/// the left, the outline of the face before over both profiles at rest.
+/// A face before and after surgery, side by side from the front and the left: at rest, with the outline of the face before
+/// over both profiles, and in a row below for each of `moved`, what it is called and the displacements (3n, mm) of the two.
 ///
 /// # Errors
 /// As [`Scene::draw`].
-pub fn before_and_after(faces: [(&Scene<'_>, Option<&[f64]>); 2], moved: &str) -> Result<Image, RenderError> {
-    let views = [View::Front, View::Profile].map(|view| (view, faces[0].0.panel(view, SCALE)));
+pub fn before_and_after(
+    faces: [&Scene<'_>; 2],
+    moved: &[(&str, [Option<&[f64]>; 2])],
+) -> Result<Image, RenderError> {
+    let views = [View::Front, View::Profile].map(|view| (view, faces[0].panel(view, SCALE)));
     let height = views.iter().map(|(_, size)| size.1).max().unwrap_or(0) + LINE;
     let width: usize = views.iter().map(|(_, size)| size.0).sum();
     // Every panel frames the face before, so that what moved is seen to.
-    let framed = faces[0].0.rest_points();
+    let framed = faces[0].rest_points();
     let head = LINE + 4;
-    let mut sheet = Image::new(2 * width, 2 * (height + head));
-    for (row, name) in ["rest", moved].into_iter().enumerate() {
+    let rows = [("rest", [None; 2])].into_iter().chain(moved.iter().copied());
+    let mut sheet = Image::new(2 * width, (1 + moved.len()) * (height + head));
+    for (row, (name, fields)) in rows.enumerate() {
         let (mut x, y) = (0, row * (height + head));
-        for ((scene, u), when) in faces.into_iter().zip(["before", "after"]) {
+        for ((scene, u), when) in faces.into_iter().zip(fields).zip(["before", "after"]) {
             sheet.write(x as i64 + 8, y as i64 + 3, &format!("{when}, {name}"), true, [30; 3]);
             for (view, size) in views {
                 let drawing = Drawing {
@@ -191,14 +198,64 @@ pub fn before_and_after(faces: [(&Scene<'_>, Option<&[f64]>); 2], moved: &str) -
                     size: (size.0, height),
                     pixels_per_mm: Some(SCALE),
                     legend: view == View::Front,
-                    displacement: u.filter(|_| row == 1),
+                    displacement: u,
                     focus: &framed,
-                    outline_of: (view == View::Profile && row == 0).then_some((faces[0].0, None)),
+                    outline_of: (view == View::Profile && row == 0).then_some((faces[0], None)),
                     ..Drawing::default()
                 };
                 sheet.place(x, y + head, &scene.draw(&drawing)?);
                 x += size.0;
             }
+        }
+    }
+    Ok(sheet)
+}
+
+/// A pose of a sheet; without a displacement its place stays empty.
+#[derive(Clone, Debug)]
+pub struct TitledPose<'a> {
+    /// What is written above it.
+    pub title: String,
+    /// Displacement (3n), mm.
+    pub displacement: Option<&'a [f64]>,
+    /// Where the bones are.
+    pub pose: Pose,
+}
+
+/// Poses of one face beside each other, each from the front and in profile over the outline of the rest, at one scale.
+///
+/// # Errors
+/// As [`Scene::draw`].
+pub fn front_and_profile(scene: &Scene<'_>, poses: &[TitledPose<'_>]) -> Result<Image, RenderError> {
+    // Framed alike, with whatever moves farthest.
+    let mut framed = scene.rest_points();
+    for pose in poses {
+        framed.extend(scene.points(pose.displacement));
+    }
+    let sizes = [View::Front, View::Profile].map(|view| (view, panel(view, &framed, BESIDE)));
+    let height = sizes.iter().map(|(_, size)| size.1).max().unwrap_or(0) + LINE;
+    let width: usize = sizes.iter().map(|(_, size)| size.0).sum();
+    let head = LINE + 4;
+    let mut sheet = Image::new(poses.len() * width, height + head);
+    for (k, pose) in poses.iter().enumerate() {
+        let mut x = k * width;
+        let title: String = pose.title.chars().take((width / LETTER).saturating_sub(2)).collect();
+        sheet.write(x as i64 + 8, 3, &title, true, [30; 3]);
+        let Some(displacement) = pose.displacement else { continue };
+        for (view, size) in sizes {
+            let drawing = Drawing {
+                view,
+                size: (size.0, height),
+                pixels_per_mm: Some(BESIDE),
+                legend: view == View::Front,
+                displacement: Some(displacement),
+                pose: pose.pose.clone(),
+                focus: &framed,
+                rest_outline: view == View::Profile,
+                ..Drawing::default()
+            };
+            sheet.place(x, head, &scene.draw(&drawing)?);
+            x += size.0;
         }
     }
     Ok(sheet)

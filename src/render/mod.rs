@@ -2,6 +2,7 @@
 
 mod bundles;
 mod camera;
+mod cavity;
 mod colour;
 mod error;
 mod figures;
@@ -21,8 +22,8 @@ pub use camera::{Camera, Margins, Projected, View};
 pub use colour::{ColourMap, Rgb, distinct, mix, srgb, to_srgb};
 pub use error::RenderError;
 pub use figures::{
-    Action, MovedScene, action_sheet, before_and_after, contact_sheet, force_sheet, muscle_stems,
-    side_by_side, three_views,
+    Action, MovedScene, TitledPose, action_sheet, before_and_after, contact_sheet, force_sheet,
+    front_and_profile, muscle_stems, side_by_side, three_views,
 };
 pub use image::{Image, LETTER, LINE};
 pub use raster::{Hit, Layer};

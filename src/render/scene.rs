@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::bundles::{Bundles, colours};
+use super::cavity::cavity;
 use super::colour::{ColourMap, Rgb, mix, srgb, to_srgb};
 use super::figures::muscle_stems;
 use super::legend;
@@ -137,6 +138,11 @@ impl<'f> Scene<'f> {
         self.skin.surface.sites.iter().map(|s| s.position).collect()
     }
 
+    /// The points of the smooth skin under `u` (3n), or at rest, mm.
+    pub(super) fn points(&self, u: Option<&[f64]>) -> Vec<Vec3> {
+        self.rest_points().iter().zip(self.skin.displacement(u)).map(|(p, u)| p + u).collect()
+    }
+
     /// Greatest displacement of the smooth skin under `u` (3n), mm.
     pub fn largest_mm(&self, u: &[f64]) -> f64 {
         self.skin.displacement(Some(u)).iter().map(Vec3::norm).fold(0., f64::max)
@@ -144,15 +150,7 @@ impl<'f> Scene<'f> {
 
     /// Width and height of a picture without legends that holds the face at rest from `view` at a scale, pixels.
     pub fn panel(&self, view: View, pixels_per_mm: f64) -> (usize, usize) {
-        let points: Vec<_> = self.skin.surface.sites.iter().map(|s| s.position).collect();
-        let camera = Camera::fit(view, &points, (1, 1), Margins::default()).at_scale(pixels_per_mm);
-        let seen: Vec<_> = points.iter().map(|p| camera.project(*p)).collect();
-        let span = |along: &dyn Fn(&Projected) -> f64| {
-            let (lo, hi) =
-                seen.iter().map(along).fold((f64::MAX, f64::MIN), |(lo, hi), t| (lo.min(t), hi.max(t)));
-            (hi - lo).clamp(0., MAX_SIDE as f64 - 16.).ceil() as usize + 16
-        };
-        (span(&|p| p.x), span(&|p| p.y))
+        panel(view, &self.rest_points(), pixels_per_mm)
     }
 
     /// Whether the drawing names the muscles by colour.
@@ -173,9 +171,8 @@ impl<'f> Scene<'f> {
         let points: Vec<Vec3> = match drawing.focus {
             [] if drawing.pose.is_rest() => self.rest_points(),
             [] => {
-                let moved = self.skin.displacement(drawing.displacement);
-                let rest = self.rest_points();
-                rest.iter().copied().chain(rest.iter().zip(&moved).map(|(p, u)| p + u)).collect()
+                let moved = self.points(drawing.displacement);
+                self.rest_points().into_iter().chain(moved).collect()
             }
             focus => focus.to_vec(),
         };
@@ -197,13 +194,17 @@ impl<'f> Scene<'f> {
 
         let mut solid = Solid::default();
         let muscle_colours = colours(self.face, &self.stems, drawing.activation);
+        let veil = show.sees_through();
+        let mut n_teeth = 0;
         if show.teeth {
-            self.face
-                .teeth_at(&drawing.pose)
-                .iter()
-                .for_each(|t| solid.surface(&t.surface, srgb(240, 232, 212)));
+            let teeth = self.face.teeth_at(&drawing.pose);
+            teeth.iter().for_each(|t| solid.surface(&t.surface, srgb(246, 240, 226)));
+            n_teeth = solid.corners.len();
+            // Lips that part show the inside of the mouth; behind skin that is seen through it would hide the rest.
+            if show.skin && !veil {
+                cavity(&teeth, |outward| camera.turn(outward).z > 0., &mut solid);
+            }
         }
-        let n_teeth = solid.corners.len();
         let wanted = |m: usize| {
             let stem = super::figures::stem(&self.face.muscles[m].name);
             drawing.only.is_empty() || drawing.only.iter().any(|o| o == stem)
@@ -239,7 +240,6 @@ impl<'f> Scene<'f> {
         };
         let solid_normals = seen_normals(&solid_layer, &fine, |t| solid.normals[t]);
         let solid_open = openness(&solid_layer, &skin_layer, &solid_normals, fine.pixels_per_mm());
-        let veil = show.sees_through();
         let lit = |index: usize| -> Option<Rgb> {
             let t = solid_layer.hits[index]?.triangle as usize;
             let finish = if t < n_teeth { ENAMEL } else { MATT };
@@ -259,6 +259,11 @@ impl<'f> Scene<'f> {
                 if show.displacement {
                     let far = blend(t.map(|v| moved[v]), hit).norm();
                     return shade(map.at(far / largest.max(1e-9)), MATT, n, open);
+                }
+                let [a, b, c] = t.map(|v| points[v]);
+                if fine.turn((b - a).cross(&(c - a))).z < 0. {
+                    // The far side of the skin, seen past its border or through the mouth.
+                    return shade(tints[2], MATT, n, 0.3 * open);
                 }
                 let rest = blend(t.map(|v| self.skin.surface.sites[v].position), hit);
                 let red = self.vermilion.share(rest);
@@ -302,8 +307,7 @@ impl<'f> Scene<'f> {
         }
         let own = drawing.rest_outline.then_some((self, None));
         for (other, u) in own.into_iter().chain(drawing.outline_of) {
-            let moved = other.skin.displacement(u);
-            let points: Vec<Vec3> = other.rest_points().iter().zip(&moved).map(|(p, u)| p + u).collect();
+            let points = other.points(u);
             let corners = other.skin.triangles.iter().map(|t| t.map(|v| points[v]));
             outline(&layer(size, &fine, corners), &mut samples);
         }
@@ -352,6 +356,18 @@ impl<'f> Scene<'f> {
         }
         Ok(())
     }
+}
+
+/// Width and height of a picture without legends that holds `points` (mm) from `view` at a scale, pixels.
+pub(super) fn panel(view: View, points: &[Vec3], pixels_per_mm: f64) -> (usize, usize) {
+    let camera = Camera::fit(view, points, (1, 1), Margins::default()).at_scale(pixels_per_mm);
+    let seen: Vec<_> = points.iter().map(|p| camera.project(*p)).collect();
+    let span = |along: &dyn Fn(&Projected) -> f64| {
+        let (lo, hi) =
+            seen.iter().map(along).fold((f64::MAX, f64::MIN), |(lo, hi), t| (lo.min(t), hi.max(t)));
+        (hi - lo).clamp(0., MAX_SIDE as f64 - 16.).ceil() as usize + 16
+    };
+    (span(&|p| p.x), span(&|p| p.y))
 }
 
 fn layer(size: (usize, usize), camera: &Camera, corners: impl Iterator<Item = [Vec3; 3]>) -> Layer {

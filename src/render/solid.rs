@@ -26,6 +26,13 @@ impl Solid {
         self.colours.push(colour);
     }
 
+    /// A flat panel with these corners in order.
+    pub(super) fn quad(&mut self, [a, b, c, d]: [Vec3; 4], colour: Rgb) {
+        let normal = (c - a).cross(&(d - b)).try_normalize(0.).unwrap_or_else(Vec3::z);
+        self.push([a, b, c], [normal; 3], colour);
+        self.push([a, c, d], [normal; 3], colour);
+    }
+
     /// A surface, smooth where its normals turn less than about 50 degrees, as crowns are.
     pub(super) fn surface(&mut self, surface: &Surface, colour: Rgb) {
         let area = |t: &[usize; 3]| {

@@ -2,6 +2,7 @@
 
 use crate::face::{Face, Pose};
 use crate::study::{Mechanics, Mover, StudyError};
+use crate::units::Vec3;
 
 /// What the states of a motion are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,6 +11,8 @@ pub enum MotionKind {
     Loading,
     /// Answers or frames, one after the other.
     Sequence,
+    /// Frames of a recording, with the markers of each.
+    Track,
 }
 
 /// A face at one moment.
@@ -27,6 +30,24 @@ pub struct MotionState {
     pub pressure_kpa: Option<Vec<f64>>,
     /// Where the bones are.
     pub pose: Pose,
+    /// Measured less modelled displacement of each marker that is shown, mm, `None` where it was not seen; empty where markers
+    /// are those of the answer alone.
+    pub residual_mm: Vec<Option<Vec3>>,
+}
+
+impl MotionState {
+    /// `face` at rest.
+    pub fn rest(face: &Face) -> Self {
+        Self {
+            label: "rest".to_owned(),
+            time: 0.,
+            activation: vec![0.; face.muscles.len()],
+            displacement: Some(vec![0.; 3 * face.mesh.n_nodes()]),
+            pressure_kpa: None,
+            pose: Pose::rest(),
+            residual_mm: Vec::new(),
+        }
+    }
 }
 
 /// A face that moves: an answer, what each muscle adds there, and states in the order of their times.
@@ -77,6 +98,7 @@ impl Motion {
                     displacement: Some(moved.displacement),
                     pressure_kpa: moved.contact.map(|contact| contact.load.pressure_kpa),
                     pose,
+                    residual_mm: Vec::new(),
                 }),
                 Err(_) => missing.push(format!("{:.0} %", 100. * share)),
             }
@@ -111,14 +133,8 @@ impl Motion {
 
     /// The straight way of `face` from rest to the state `answer`, with no tangent.
     pub fn straight(face: &Face, answer: MotionState) -> Self {
-        let rest = MotionState {
-            label: "rest".to_owned(),
-            time: 0.,
-            activation: vec![0.; face.muscles.len()],
-            displacement: Some(vec![0.; 3 * face.mesh.n_nodes()]),
-            pressure_kpa: answer.pressure_kpa.as_ref().map(|p| vec![0.; p.len()]),
-            pose: Pose::rest(),
-        };
+        let pressure_kpa = answer.pressure_kpa.as_ref().map(|p| vec![0.; p.len()]);
+        let rest = MotionState { pressure_kpa, ..MotionState::rest(face) };
         let notes = vec!["Straight from rest to the stored answer; nothing between was computed".to_owned()];
         let answer = MotionState { time: 1., ..answer };
         Self { kind: MotionKind::Loading, states: vec![rest], answer, tangent: Vec::new(), notes }

@@ -9,9 +9,9 @@ use super::arrays::{ArrayRef, Arrays};
 use super::drawn_face::{DrawnFace, FaceJson, PlaceJson};
 use super::markup::{escaped, filled, script_json, source_of};
 use super::motion::{Motion, MotionKind, MotionState};
-use super::{plot, tables};
+use super::{plot, tables, track_tables};
 use crate::face::{Face, Pose};
-use crate::io::{AnswerFiles, MarkerJson};
+use crate::io::{AnswerFiles, BoundJson, MarkerJson, TrackFiles};
 use crate::mesh::Locator;
 use crate::render::{ColourMap, to_srgb};
 use crate::units::Vec3;
@@ -33,11 +33,41 @@ pub struct ShownResult<'a> {
     /// Its heading.
     pub title: String,
     /// What its files say.
-    pub answer: &'a AnswerFiles,
+    pub told: Told<'a>,
     /// Which of the page's faces it moves.
     pub face: usize,
     /// How it moves it.
     pub motion: Motion,
+}
+
+/// What the files of a result say.
+#[derive(Clone, Copy, Debug)]
+pub enum Told<'a> {
+    /// An answer.
+    Answer(&'a AnswerFiles),
+    /// A recording fitted, of whose frames the motion shows every so many.
+    Track(&'a TrackFiles),
+}
+
+impl Told<'_> {
+    /// Least and greatest activation that the data allow.
+    fn intervals(self) -> BTreeMap<String, [f64; 2]> {
+        match self {
+            Self::Answer(answer) => {
+                let unknowns = answer.certainty.iter().flat_map(|c| &c.unknowns);
+                unknowns.map(|u| (u.name.clone(), [u.min, u.max])).collect()
+            }
+            Self::Track(_) => BTreeMap::new(),
+        }
+    }
+
+    /// Everything that is not seen on the face, as HTML.
+    fn article(self, muscles: &[String]) -> String {
+        match self {
+            Self::Answer(answer) => tables::article(answer, muscles),
+            Self::Track(track) => track_tables::article(track, muscles),
+        }
+    }
 }
 
 /// Why there is no page.
@@ -108,6 +138,9 @@ struct StateJson {
     pressure: Option<ArrayRef>,
     /// Of each tooth surface the images of the origin and of the three unit vectors, mm; none where no bone moves.
     teeth: Vec<[[f64; 3]; 4]>,
+    /// Of each marker whether it was seen, and its measured less its modelled displacement, mm; null where markers do not
+    /// change from state to state.
+    residuals: Option<[ArrayRef; 2]>,
 }
 
 #[derive(Serialize)]
@@ -147,7 +180,7 @@ pub fn page(faces: &[&Face], results: &[ShownResult<'_>]) -> Result<String, Repo
     let articles = results.iter().enumerate().map(|(k, result)| {
         let muscles: Vec<String> = faces[result.face].muscles.iter().map(|m| m.name.clone()).collect();
         let letter = if results.len() > 1 { format!("{}: ", letter(k)) } else { String::new() };
-        let body = tables::article(result.answer, &muscles);
+        let body = result.told.article(&muscles);
         format!("<article><h2>{letter}{}</h2>{body}</article>", escaped(&result.title))
     });
     let style = format!("{PAGE_STYLE}{}", plot::STYLE);
@@ -189,6 +222,10 @@ fn check(face: &Face, result: &ShownResult<'_>) -> Result<(), ReportError> {
         lengths.extend(state.displacement.iter().map(|u| ("a displacement", u.len(), 3 * n)));
         lengths.extend(state.pressure_kpa.iter().map(|p| ("a contact pressure", p.len(), n)));
     }
+    if let Told::Track(track) = result.told {
+        let of_state = |s: &MotionState| ("a list of residuals", s.residual_mm.len(), track.markers.len());
+        lengths.extend(result.motion.states.iter().map(of_state));
+    }
     lengths.extend(result.motion.tangent.iter().map(|u| ("a field of the tangent", u.len(), 3 * n)));
     match lengths.into_iter().find(|(_, found, expected)| found != expected) {
         Some((what, found, expected)) => {
@@ -213,25 +250,36 @@ fn shown(face: &Face, drawn: &DrawnFace, result: &ShownResult<'_>, arrays: &mut 
             arrays.reals(&on_surface)
         }),
         teeth: teeth(face, &state.pose),
+        residuals: (!state.residual_mm.is_empty()).then(|| {
+            let seen: Vec<u8> = state.residual_mm.iter().map(|r| u8::from(r.is_some())).collect();
+            let all = state.residual_mm.iter().flat_map(|r| <[f64; 3]>::from(r.unwrap_or_default()));
+            [arrays.bytes(&seen), arrays.reals(&all.collect::<Vec<_>>())]
+        }),
     };
     let answer = state(&motion.answer, arrays);
     let states = motion.states.iter().map(|s| state(s, arrays)).collect();
     let tangent = motion.tangent.iter().map(|field| arrays.reals(&drawn.displacement(field))).collect();
-    let unknowns = result.answer.certainty.iter().flat_map(|c| &c.unknowns);
     let locator = Locator::new(&face.mesh);
+    let markers = match result.told {
+        Told::Answer(answer) => {
+            answer.markers.iter().filter_map(|m| marker(face, drawn, &locator, m)).collect()
+        }
+        Told::Track(track) => tracked_markers(drawn, &locator, track),
+    };
     ResultJson {
         title: result.title.clone(),
         face: result.face,
         kind: match motion.kind {
             MotionKind::Loading => "loading",
             MotionKind::Sequence => "sequence",
+            MotionKind::Track => "track",
         },
         answer,
         states,
         tangent,
         notes: motion.notes.clone(),
-        intervals: unknowns.map(|u| (u.name.clone(), [u.min, u.max])).collect(),
-        markers: result.answer.markers.iter().filter_map(|m| marker(face, drawn, &locator, m)).collect(),
+        intervals: result.told.intervals(),
+        markers,
     }
 }
 
@@ -253,6 +301,19 @@ fn marker(face: &Face, drawn: &DrawnFace, locator: &Locator, marker: &MarkerJson
         residual: marker.residual_mm,
         place,
     })
+}
+
+/// The markers of a track, each where it is on the face.
+fn tracked_markers(drawn: &DrawnFace, locator: &Locator, track: &TrackFiles) -> Vec<ShownMarkerJson> {
+    let one = |(name, bound): (&String, &BoundJson)| ShownMarkerJson {
+        name: name.clone(),
+        rest: bound.at_mm,
+        measured: [None; 3],
+        model: [0.; 3],
+        residual: bound.met.as_ref().map(|met| met.rms_mm),
+        place: locator.closest(Vec3::from(bound.at_mm)).and_then(|found| drawn.place(&found.site)),
+    };
+    track.summary.markers.iter().map(one).collect()
 }
 
 fn teeth(face: &Face, pose: &Pose) -> Vec<[[f64; 3]; 4]> {

@@ -17,16 +17,27 @@ pub(super) fn article(answer: &AnswerFiles, muscles: &[String]) -> String {
     html += &markers(&answer.markers);
     html += &residuals_inline(answer).map_or_else(String::new, |svg| figure(&svg));
     html += &limits(&answer.active_limits);
-    let warnings: Vec<&String> = answer.warnings.iter().chain(&answer.face_warnings).collect();
-    if !warnings.is_empty() {
-        let items: String = warnings.iter().map(|w| format!("<li>{}</li>", escaped(w))).collect();
-        html += &format!("<h3>Warnings</h3><ul class=\"warnings\">{items}</ul>");
+    html + &warnings(answer.warnings.iter().chain(&answer.face_warnings))
+}
+
+/// What is odd.
+pub(super) fn warnings<'a>(warnings: impl Iterator<Item = &'a String>) -> String {
+    let items: String = warnings.map(|w| format!("<li>{}</li>", escaped(w))).collect();
+    match items.as_str() {
+        "" => items,
+        _ => format!("<h3>Warnings</h3><ul class=\"warnings\">{items}</ul>"),
     }
-    html
+}
+
+/// Names with what is said of each; what is said is HTML already.
+pub(super) fn facts(facts: &[(&str, String)]) -> String {
+    let list: String =
+        facts.iter().map(|(name, said)| format!("<div><dt>{name}</dt><dd>{said}</dd></div>")).collect();
+    format!("<dl class=\"facts\">{list}</dl>")
 }
 
 /// A table with a caption; cells are HTML already, the first of each row is its heading.
-fn table(caption: &str, heads: &[&str], rows: &[Vec<String>]) -> String {
+pub(super) fn table(caption: &str, heads: &[&str], rows: &[Vec<String>]) -> String {
     let head: String = heads.iter().map(|h| format!("<th scope=\"col\">{h}</th>")).collect();
     let row = |cells: &Vec<String>| {
         let cells = cells.iter().enumerate().map(|(k, cell)| match k {
@@ -42,42 +53,42 @@ fn table(caption: &str, heads: &[&str], rows: &[Vec<String>]) -> String {
 }
 
 /// A plot within the text.
-fn figure(svg: &str) -> String {
+pub(super) fn figure(svg: &str) -> String {
     format!("<figure>{svg}</figure>")
 }
 
 fn summary(answer: &AnswerFiles) -> String {
     let mm = |x: Option<f64>| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.2} mm"));
-    let mut facts: Vec<(&str, String)> = Vec::new();
+    let mut told: Vec<(&str, String)> = Vec::new();
     if let Some(status) = answer.status {
-        facts.push(("Status", status.said().to_owned()));
+        told.push(("Status", status.said().to_owned()));
     }
     if let Some(target) = &answer.target {
-        facts.push(("Target", escaped(&format!("{} ({})", target.name, target.file))));
+        told.push(("Target", escaped(&format!("{} ({})", target.name, target.file))));
     }
-    facts.push(("Face", escaped(&answer.face)));
+    told.push(("Face", escaped(&answer.face)));
     let model = [&answer.strain, &answer.stiffness, &answer.contact_mode];
     if model.iter().all(|word| !word.is_empty()) {
         let [strain, stiffness, contact] = model.map(|word| escaped(word));
-        facts.push((
+        told.push((
             "Model",
             format!("{strain} strain, stiffness {stiffness}, contact {contact}, muscles {} times as strong as the face file says", answer.strength),
         ));
     }
     if let Some(residual) = answer.residual_mm.filter(|r| r.rms.is_some()) {
-        facts.push((
+        told.push((
             "Residuals of the markers",
             format!("root mean square {}, largest {}", mm(residual.rms), mm(residual.max)),
         ));
     }
     if let Some(explained) = answer.explained {
-        facts.push(("Explained movement", format!("{} %", percent(explained))));
+        told.push(("Explained movement", format!("{} %", percent(explained))));
     }
     if let Some(opening) = answer.jaw_opening_mm {
-        facts.push(("Jaw", format!("open by {opening:.1} mm")));
+        told.push(("Jaw", format!("open by {opening:.1} mm")));
     }
     if let Some(contact) = &answer.contact {
-        facts.push((
+        told.push((
             "Contact",
             format!(
                 "{} of {} pairs touching, {:.2} N: upper teeth {:.2}, lower teeth {:.2}, lip on lip {:.2}",
@@ -91,14 +102,14 @@ fn summary(answer: &AnswerFiles) -> String {
         ));
     }
     if let Some(c) = &answer.certificate {
-        facts.push((
+        told.push((
             "Certificate",
             format!("primal {:.1e}, dual {:.1e}, gap {:.1e}", c.primal, c.dual, c.gap),
         ));
     }
     if let Some(certainty) = &answer.certainty {
         let of = |word: &str| certainty.unknowns.iter().filter(|u| u.determination == word).count();
-        facts.push((
+        told.push((
             "What the data determine",
             format!(
                 "{} of {} activations to within 20 per cent, {} roughly{}",
@@ -113,9 +124,7 @@ fn summary(answer: &AnswerFiles) -> String {
             ),
         ));
     }
-    let list: String =
-        facts.iter().map(|(name, said)| format!("<div><dt>{name}</dt><dd>{said}</dd></div>")).collect();
-    format!("<dl class=\"facts\">{list}</dl>")
+    facts(&told)
 }
 
 fn activations(answer: &AnswerFiles, muscles: &[String]) -> String {
@@ -150,7 +159,7 @@ fn interval(u: &UnknownJson) -> String {
 }
 
 /// A name as text: underscores are spaces, and the side is a word.
-fn spoken(name: &str) -> String {
+pub(super) fn spoken(name: &str) -> String {
     let word = |word: &str| {
         let sided = |end: &str, side: &str| word.strip_suffix(end).map(|stem| format!("{stem} {side}"));
         let comma = if word.ends_with(',') { "," } else { "" };

@@ -6,9 +6,10 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 use thiserror::Error;
 
+use super::tracked_face::contact_pairs;
 use super::{Mechanics, Mover, Stiffness, Strain, StudyError};
 use crate::certainty::{Discrepancy, Intervals};
-use crate::face::{ContactReach, ContactSearch, Face};
+use crate::face::Face;
 use crate::forward::{ContactError, ForwardError, Model};
 use crate::inverse::{Goal, Marker, Place};
 use crate::mesh::Site;
@@ -165,11 +166,7 @@ impl Track {
     ) -> Result<Self, TrackError> {
         let subject = Subject::new(recording, &map, face)?;
         let movement = Movement::of(recording, &subject)?;
-        let pairs = match has_contact {
-            true => ContactSearch::new(face, ContactReach::default()).rest().to_vec(),
-            false => Vec::new(),
-        };
-        let model = Model::new(face, pairs)?;
+        let model = Model::new(face, contact_pairs(face, has_contact))?;
         let sites: Vec<Site> = subject.bound.iter().map(|b| b.site.clone()).collect();
         let freedom = map.jaw;
         let at = |model: &Model, a: &[f64]| -> Result<Mechanism, TrackError> {

@@ -1,5 +1,5 @@
 // Opens reports from disk in headless Chromium and does with them what a reader does. Arguments: CHROMIUM REPORT PAIR SEQUENCE
-// [PICTURES]: the reports of one result, of two and of a sequence, and a folder for screenshots.
+// TRACK [PICTURES]: the reports of one result, of two, of a sequence and of a recording, and a folder for screenshots.
 
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
@@ -8,7 +8,7 @@ import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { chromium } from 'playwright-core';
 
-const [executablePath, report, pair, sequence, pictures] = process.argv.slice(2);
+const [executablePath, report, pair, sequence, track, pictures] = process.argv.slice(2);
 const SIZES = { desktop: { width: 1280, height: 800 }, phone: { width: 390, height: 844 } };
 /** Time to interactive that is allowed here, ms: 2 s on a desktop, and as much again where others share the processor. */
 const MOST_MS = 4000;
@@ -90,6 +90,31 @@ async function plays(page) {
   await page.waitForFunction(() => document.getElementById('play').getAttribute('aria-pressed') === 'false');
   await settled(page);
   assert.ok(farthest(amid, await vertices(page)) > 0.1, 'and goes on to the last state');
+}
+
+/** Frames of a recording: it opens where the muscles do most, markers go with the frames, and one that was not seen is not shown. */
+async function tracks(page) {
+  const moment = () => page.textContent('#moment');
+  assert.match(await moment(), /^frame \d+, \d\.\d\d s$/);
+  assert.match(await page.textContent('#notes'), /Every 4th of 120 frames, 30 in all/);
+  assert.ok(await page.locator('#to-answer').isHidden(), 'there is no answer to go to');
+  const marks = (name) => page.evaluate((name) => {
+    const { result, marks } = window.modiolusReport.drawn[0];
+    const k = result.json.markers.findIndex((marker) => marker.name === name);
+    return ['measured', 'model'].map((set) => Array.from(marks[set][0].instanceMatrix.array.slice(16 * k, 16 * k + 16)));
+  }, name);
+  const height = ([matrix]) => matrix[13];
+  await set(page, '#time', 0);
+  const rest = height(await marks('cheilion_l'));
+  await set(page, '#time', 500);
+  const raised = await marks('cheilion_l');
+  assert.ok(height(raised) - rest > 3, 'the measured marker goes up');
+  assert.ok(Math.abs(raised[0][13] - raised[1][13]) < 2.5, 'and the model follows');
+  await set(page, '#time', 410);
+  assert.equal((await marks('cheilion_r'))[0][0], 0, 'what was not seen is not shown');
+  assert.equal((await marks('cheilion_l'))[0][0], 1);
+  await plays(page);
+  await fits(page);
 }
 
 /** Every view is another picture; keys turn the face. */
@@ -174,6 +199,12 @@ for (const [size, viewport] of Object.entries(SIZES)) {
   });
 }
 await opened(sequence, SIZES.desktop, plays);
+for (const [size, viewport] of Object.entries(SIZES)) {
+  await opened(track, viewport, async (page) => {
+    await picture(page, `${size}_track`);
+    await tracks(page);
+  });
+}
 await opened(report, SIZES.desktop, (page) => picture(page, 'dark'), { colorScheme: 'dark' });
 if (pictures) {
   await opened(report, SIZES.desktop, async (page) => {
@@ -191,4 +222,4 @@ if (pictures) {
 await browser.close();
 assert.ok(readyMs < MOST_MS, `interactive after ${Math.round(readyMs)} ms`);
 const megabytes = (file) => (statSync(file).size / 1e6).toFixed(2);
-console.log(`interactive after ${Math.round(readyMs)} ms; ${megabytes(report)} MB of one result, ${megabytes(pair)} MB of two`);
+console.log(`interactive after ${Math.round(readyMs)} ms; ${megabytes(report)} MB of one result, ${megabytes(pair)} MB of two, ${megabytes(track)} MB of 30 frames`);

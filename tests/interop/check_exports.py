@@ -1,8 +1,8 @@
 """Opens what `modiolus export RESULT --to vtu|pvd|sto|csv|glb|obj` wrote with the programs that it is for: meshio and PyVista
 read the field, OpenSim the activations where its wheel is installed.
 
-Usage: check_exports.py FOLDER, which holds result.vtu, result.pvd, result.sto, result.csv and result.obj, and the answer's
-face.vtu and solution.json.
+Usage: check_exports.py FOLDER, which holds result.vtu, result.pvd, result.sto, result.csv, result.obj and program.npz, and the
+answer's face.vtu and solution.json.
 """
 
 import csv
@@ -43,6 +43,28 @@ def main():
 
     surface = meshio.read(folder / "result.obj")
     assert len(surface.points) > 1000 and np.isfinite(surface.points).all()
+
+    arrays = np.load(folder / "program.npz")
+    assert np.array_equal(arrays["points"], stored.points)
+    field = arrays["displacement"]
+    assert np.array_equal(field, stored.point_data["displacement"])
+    assert np.array_equal(arrays["contact_pressure_kpa"], stored.point_data["contact_pressure_kpa"].ravel())
+    assert dict(zip(arrays["muscles"], arrays["activation"])) == solution["activations"]
+    for marker, target, model in zip(solution["markers"], arrays["marker_target"], arrays["marker_model"]):
+        asked = [np.nan if x is None else x for x in marker["target_mm"]]
+        assert np.array_equal(target, asked, equal_nan=True) and np.array_equal(model, marker["model_mm"])
+    assert list(arrays["markers"]) == [marker["name"] for marker in solution["markers"]]
+    # A landmark that is a node has that node's row; all of them lie within what their surroundings do.
+    rows = 0
+    for place, moved in zip(arrays["landmark_points"], arrays["landmark_displacement"]):
+        distance = np.linalg.norm(stored.points - place, axis=1)
+        if distance.min() < 1e-9:
+            assert np.allclose(moved, field[distance.argmin()], atol=1e-12)
+            rows += 1
+        near = field[distance < 6]
+        assert (moved >= near.min(axis=0) - 1e-9).all() and (moved <= near.max(axis=0) + 1e-9).all()
+    assert rows > 0 and len(arrays["landmarks"]) == len(arrays["landmark_points"])
+    print("NumPy reads the field, the landmarks, the activations and the markers")
 
     try:
         import opensim

@@ -273,9 +273,16 @@ export class Drawn {
       } else u.splice(0, 3, ...marker.model);
       const model = marker.rest.map((p, c) => p + u[c]);
       // A component that was not measured is the model's: the stick shows the residual alone.
-      const measured = marker.rest.map((p, c) => p + (marker.measured[c] ?? u[c]));
+      const { off } = this.result;
+      const measured = off ? model.map((p, c) => p + off.mm[3 * k + c]) : marker.rest.map((p, c) => p + (marker.measured[c] ?? u[c]));
       const put = (name, matrix) => this.marks[name].forEach((mesh) => mesh.setMatrixAt(k, matrix));
       put('model', scaled.makeTranslation(...model));
+      if (off && !off.seen[k]) {
+        // Not seen in this frame.
+        put('measured', scaled.makeScale(0, 0, 0));
+        put('residual', scaled);
+        return;
+      }
       put('measured', scaled.makeTranslation(...measured));
       along.set(...measured.map((p, c) => p - model[c]));
       const length = along.length();

@@ -49,7 +49,7 @@ class Report {
     this.makePlayer();
     this.listen();
     this.themed();
-    this.showMoment(1);
+    this.showMoment(this.results[0].start);
   }
 
   tell(text) {
@@ -209,10 +209,13 @@ class Report {
     });
     const can = first.canSuperpose;
     byId('to-rest').disabled = !can;
+    byId('to-answer').hidden = byId('to-rest').hidden = first.json.kind === 'track';
+    byId('both-sides').parentElement.hidden = first.json.kind === 'track';
     byId('both-sides').disabled = !can;
     const parts = [];
     if (Object.keys(first.json.intervals).length) parts.push('The band below a slider is what the data leave open, the mark the answer.');
-    if (!can) parts.push('There is no tangent at this answer: the sliders only show the activations.');
+    if (first.json.kind === 'track') parts.push('The sliders show the activations of the frame.');
+    else if (!can) parts.push('There is no tangent at this answer: the sliders only show the activations.');
     byId('band-hint').textContent = parts.join(' ');
     byId('notes').replaceChildren(...this.acting.flatMap((r) => r.json.notes.map((note) => element('p', {}, note))));
   }
@@ -280,7 +283,7 @@ class Report {
     byId('time').setAttribute('aria-valuetext', said(first));
     byId('mode').replaceChildren(...(first.linear
       ? [element('strong', {}, 'Linear: '), 'the tangent at the answer, superposed. Nothing else comes into contact; far from the answer it is only a direction.']
-      : [element('strong', {}, 'Stored states. '), first.canSuperpose ? 'Move a slider to leave them along the tangent at the answer.' : '']));
+      : [element('strong', {}, first.json.kind === 'track' ? 'Frames as fitted.' : 'Stored states. '), first.canSuperpose ? 'Move a slider to leave them along the tangent at the answer.' : '']));
   }
 
   colourSkins() {
@@ -395,6 +398,7 @@ function said(result) {
   const { state, between, time } = result.moment;
   if (state !== null) return result.states[state].label;
   if (result.json.kind === 'loading') return `${Math.round(100 * time)} % of the way`;
+  if (result.json.kind === 'track') return `${time.toFixed(2)} s`;
   return `${time.toFixed(2)} s, between ${result.states[between[0]].label} and ${result.states[between[1]].label}`;
 }
 
@@ -407,6 +411,7 @@ async function open() {
       readyMs: performance.now(),
       positions: (k) => report.drawn[k].positions,
       results: report.results,
+      drawn: report.drawn,
     };
     document.documentElement.dataset.ready = 'true';
   } catch (error) {

@@ -2,7 +2,12 @@
 
 export class Result {
   constructor(json, face, arrays) {
-    const state = (s) => ({ ...s, u: s.displacement && arrays.reals(s.displacement), kpa: s.pressure && arrays.reals(s.pressure) });
+    const state = (s) => ({
+      ...s,
+      u: s.displacement && arrays.reals(s.displacement),
+      kpa: s.pressure && arrays.reals(s.pressure),
+      off: s.residuals && { seen: arrays.raw(s.residuals[0]), mm: arrays.reals(s.residuals[1]) },
+    });
     Object.assign(this, { json, face, title: json.title, answer: state(json.answer) });
     this.states = json.states.map(state);
     if (json.kind === 'loading') this.states.push(this.answer);
@@ -30,6 +35,13 @@ export class Result {
     return u;
   }
 
+  /** Where the motion is shown first, 0 to 1: of a track the frame in which the muscles do most, of others the end. */
+  get start() {
+    if (this.json.kind !== 'track') return 1;
+    const [first, last] = [this.times[0], this.times.at(-1)];
+    return last > first ? (this.answer.time - first) / (last - first) : 0;
+  }
+
   displacement(k) {
     return this.states[k].u ?? this.superposed(this.states[k].activation);
   }
@@ -52,6 +64,10 @@ export class Result {
     const [p, q] = [from.kpa, to.kpa];
     this.pressure = p && q && p.map((x, j) => mix(x, q[j]));
     this.teeth = this.face.teeth.map((_, j) => blend(from.teeth[j], to.teeth[j], t));
+    this.off = from.off && {
+      seen: from.off.seen.map((seen, j) => seen & to.off.seen[j]),
+      mm: from.off.mm.map((x, j) => mix(x, to.off.mm[j])),
+    };
     this.moment = { share, time, state: t > 0 ? null : k, between: [k, next] };
     this.linear = false;
   }

@@ -1,6 +1,6 @@
 //! Activations with what the data leave open, and over time.
 
-use super::chart::{Scale, frame};
+use super::chart::Scale;
 use super::svg::{Anchor, Svg, standalone};
 use crate::io::{ActivationTable, AnswerFiles};
 
@@ -8,6 +8,11 @@ use crate::io::{ActivationTable, AnswerFiles};
 const ROW: f64 = 20.;
 /// Muscles that are drawn over time, those that act most.
 const MOST_RUNS: usize = 8;
+
+/// Height of a muscle's strip over time, pixels.
+const STRIP: f64 = 46.;
+/// Points of a run at most: more are not told apart.
+const MOST_POINTS: usize = 900;
 
 /// A muscle of both sides, or one in the middle.
 struct Row<'a> {
@@ -91,24 +96,45 @@ pub fn activation_plot(answer: &AnswerFiles) -> String {
     standalone(&activations_inline(answer))
 }
 
+/// Indices of `frames` times, at most [`MOST_POINTS`] of them, evenly.
+pub(super) fn thinned(frames: usize) -> impl Iterator<Item = usize> {
+    (0..frames).step_by(frames.div_ceil(MOST_POINTS).max(1))
+}
+
 /// The activations of `table` over time, of the eight muscles that act most, as an SVG file.
 pub fn time_plot(table: &ActivationTable) -> String {
+    standalone(&time_inline(table))
+}
+
+/// The same for a page.
+pub(in super::super) fn time_inline(table: &ActivationTable) -> String {
     let most = |m: usize| table.rows.iter().map(|row| row[m]).fold(0., f64::max);
     let mut shown: Vec<usize> = (0..table.muscles.len()).filter(|m| most(*m) > 0.).collect();
     shown.sort_by(|a, b| most(*b).total_cmp(&most(*a)).then(a.cmp(b)));
     shown.truncate(MOST_RUNS);
-    let (left, top, right, bottom) = (56., 30., 560., 330.);
-    let mut svg = Svg::new(right + 250., bottom + 44.);
+    let (left, top, right) = (56., 14., 640.);
+    let bottom = top + STRIP * shown.len().max(1) as f64;
+    let mut svg = Svg::new(right + 270., bottom + 44.);
     let ends = table.times_s.first().zip(table.times_s.last()).map_or((0., 1.), |(a, b)| (*a, *b));
-    let (x, y) = (Scale::linear(ends.0, ends.1, (left, right)), Scale::linear(0., 100., (bottom, top)));
-    frame(&mut svg, &x, &y, ["time, s", "activation, per cent"], (left, top, right, bottom));
-    for (k, m) in shown.iter().enumerate() {
-        let points: Vec<(f64, f64)> =
-            table.times_s.iter().zip(&table.rows).map(|(t, row)| (x.at(*t), y.at(100. * row[*m]))).collect();
-        svg.run(&points, &format!("s{k}"));
-        let at = top + 10. + ROW * k as f64;
-        svg.run(&[(right + 14., at), (right + 36., at)], &format!("s{k}"));
-        svg.text((right + 42., at + 4.), Anchor::Start, "", &table.muscles[*m].replace('_', " "));
+    let x = Scale::linear(ends.0, ends.1, (left, right));
+    for (value, name) in x.ticks() {
+        svg.line((x.at(value), top), (x.at(value), bottom), "grid");
+        svg.text((x.at(value), bottom + 15.), Anchor::Middle, "soft", &name);
     }
-    standalone(&svg.inline("Activations over time"))
+    svg.text(((left + right) / 2., bottom + 32.), Anchor::Middle, "", "time, s");
+    // A strip a muscle: runs that cross each other are not told apart.
+    for (k, m) in shown.iter().enumerate() {
+        let foot = top + STRIP * (k + 1) as f64;
+        let y = Scale::linear(0., 1., (foot, foot - STRIP + 8.));
+        for share in [0., 1.] {
+            svg.line((left, y.at(share)), (right, y.at(share)), if share == 0. { "axis" } else { "grid" });
+            svg.text((left - 6., y.at(share) + 4.), Anchor::End, "soft", &format!("{:.0} %", 100. * share));
+        }
+        let point = |f: usize| (x.at(table.times_s[f]), y.at(table.rows[f][*m]));
+        let points: Vec<(f64, f64)> = thinned(table.rows.len()).map(point).collect();
+        svg.run(&points, &format!("s{}", usize::from(table.muscles[*m].ends_with("_r"))));
+        let name = table.muscles[*m].replace('_', " ");
+        svg.text((right + 12., y.at(0.5) + 4.), Anchor::Start, "", &name);
+    }
+    svg.inline("Activations over time of the muscles that act most")
 }

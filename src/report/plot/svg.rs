@@ -12,7 +12,7 @@ pub(in super::super) const STYLE: &str = "\
 @media print { .plot { --p-ink: #000; --p-soft: #444; --p-line: #bbb; } }
 .plot text { fill: var(--p-ink); } .plot .soft { fill: var(--p-soft); } .plot .bold { font-weight: 600; }
 .plot .grid { stroke: var(--p-line); stroke-width: 1; } .plot .axis { stroke: var(--p-soft); stroke-width: 1; }
-.plot .thin { stroke: var(--p-ink); stroke-width: 1.6; } .plot .run { fill: none; stroke-width: 2; } .plot .dot { stroke: none; }
+.plot .thin { stroke: var(--p-ink); stroke-width: 1.6; } .plot .run { fill: none; stroke-width: 2; } .plot .dashed { stroke-width: 1.2; stroke-dasharray: 4 4; } .plot .dot { stroke: none; } .plot .ring { fill: none; stroke-width: 2; }
 .plot .f0 { fill: var(--p0); } .plot .f1 { fill: var(--p1); } .plot .f2 { fill: var(--p2); } .plot .f3 { fill: var(--p3); } .plot .f4 { fill: var(--p4); } .plot .f5 { fill: var(--p5); } .plot .f6 { fill: var(--p6); } .plot .f7 { fill: var(--p7); }
 .plot .s0 { stroke: var(--p0); } .plot .s1 { stroke: var(--p1); } .plot .s2 { stroke: var(--p2); } .plot .s3 { stroke: var(--p3); } .plot .s4 { stroke: var(--p4); } .plot .s5 { stroke: var(--p5); } .plot .s6 { stroke: var(--p6); } .plot .s7 { stroke: var(--p7); }
 ";
@@ -68,6 +68,10 @@ impl Svg {
 
     pub(super) fn dot(&mut self, (x, y): (f64, f64), radius: f64, class: &str) {
         self.put(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" class=\"dot {class}\"/>"));
+    }
+
+    pub(super) fn ring(&mut self, (x, y): (f64, f64), radius: f64, class: &str) {
+        self.put(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" class=\"ring {class}\"/>"));
     }
 
     pub(super) fn run(&mut self, points: &[(f64, f64)], class: &str) {
