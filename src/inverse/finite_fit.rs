@@ -28,7 +28,7 @@ const MOST_STEPS: usize = 60;
 /// Half width of the first trust region.
 const FIRST_RADIUS: f64 = 0.5;
 /// Half width at which the way is lost.
-const LEAST_RADIUS: f64 = 1e-7;
+const LEAST_RADIUS: f64 = 1e-6;
 /// Share of the predicted decrease that a step must bring to be taken.
 const WORTH: f64 = 1e-4;
 /// Relative change of the objective that rounding and unbalanced forces explain.

@@ -2,7 +2,7 @@
 //! they approach.
 //!
 //! ```text
-//! B(x) = sum_v A_v / 2 sum_f w_vf b(d_vf; r_v)  +  10 sum_ee' pi/2 h_e h_e' m(x) b(d_ee'; r_ee')
+//! B(x) = sum_v A_v / 2 sum_f w_vf b(d_vf; r_v)  +  sum_ee' pi/2 h_e h_e' m(x) b(d_ee'; r_ee')
 //! b(d; r) = -kappa r (d/r - 1)^2 ln(d/r)   for d < r, else 0
 //! ```
 //!
@@ -11,7 +11,7 @@
 //! width `h_e = A_e / l_e`, so that edges of two surfaces that cross have between them the area of the surface; m: what
 //! smooths edges that are nearly parallel; r: the reach, half as far for edges, and of each vertex and each pair of edges
 //! less than its distance at rest. Two flat parallel surfaces so press on each other with -b'(d) per area, exactly down to
-//! half the reach; below it edges, whose weight is that of all that may press on a crease, hold them farther apart.
+//! half the reach; below it edges hold them farther apart.
 //!
 //! Every step is cut before surfaces cross: what starts apart stays apart.
 //!
