@@ -591,7 +591,7 @@ fn non_conforming_faces() {
 
 #[test]
 fn extent() {
-    for (factor, value) in [(1e-3, "0.0300 mm"), (1e3, "30000.0000 mm")] {
+    for (factor, value) in [(1e-3, "measures 0.03 mm"), (1e3, "measures 30000 mm")] {
         let mut mesh = bar(3);
         mesh.points.iter_mut().for_each(|p| *p *= factor);
         let error = error(&mesh, &END);
@@ -609,8 +609,20 @@ fn a_file_error_names_file_and_cell() {
 #[test]
 fn every_row_of_the_list_of_bad_input_names_a_test() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    let files = std::fs::read_dir(root.join("tests")).expect("tests").filter_map(|e| Some(e.ok()?.path()));
-    let sources: String = files.filter_map(|path| std::fs::read_to_string(path).ok()).collect();
+    let (mut folders, mut sources) = (vec![root.join("tests"), root.join("src")], String::new());
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(folder).expect("a folder").filter_map(|e| Some(e.ok()?.path())) {
+            if path.ends_with("node_modules") {
+                continue;
+            }
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                let text = std::fs::read_to_string(path).expect("a source");
+                text.lines().for_each(|line| sources.extend([line.trim_start(), "\n"]));
+            }
+        }
+    }
     let list = std::fs::read_to_string(root.join("docs/bad_input.md")).expect("the list");
     let rows = list.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| **"));
     let mut named = 0;

@@ -4,6 +4,8 @@ use super::hessian::Hessian;
 
 /// Products with the Hessian before a step is taken as it is.
 const MOST_PRODUCTS: usize = 60;
+/// How much longer than the step of the factor alone a step may be, in the norm of the factorised matrix.
+const LONGER: f64 = 5.;
 
 /// Where conjugate gradients lead.
 pub(super) enum Descent {
@@ -19,18 +21,11 @@ pub(super) enum Descent {
 }
 
 /// Solves `H s = r` on the free dofs to `|H s - r| <= tolerance |r|`, `H` having the `values` on the pattern of `hessian`,
-/// with its factor as the preconditioner; the step is at most `longer` times that of the factor alone, in the norm of the
-/// factorised matrix.
+/// with its factor as the preconditioner.
 ///
 /// Every step that comes of it goes downhill where `r` is the gradient, whatever `H` is: source: Steihaug (1983), The
 /// conjugate gradient method and trust regions in large scale optimization.
-pub(super) fn conjugate_gradients(
-    hessian: &Hessian,
-    values: &[f64],
-    r: &[f64],
-    tolerance: f64,
-    longer: f64,
-) -> Descent {
+pub(super) fn conjugate_gradients(hessian: &Hessian, values: &[f64], r: &[f64], tolerance: f64) -> Descent {
     let factor = hessian.factor();
     let free = factor.symbolic().free();
     let mut full = vec![0.; factor.symbolic().n_dofs()];
@@ -49,7 +44,7 @@ pub(super) fn conjugate_gradients(
     let mut direction = conditioned(&left);
     let mut rho = dot(&left, &direction);
     let done = tolerance * dot(r, r).sqrt();
-    let limit = longer * longer * rho;
+    let limit = LONGER * LONGER * rho;
     // Squared norm of the step, of the direction, and their product, in the norm of the factorised matrix.
     let (mut own, mut along, mut shared) = (0., rho, 0.);
     for count in 0..MOST_PRODUCTS {

@@ -11,12 +11,6 @@ use crate::units::Vec3;
 /// Steps before a load is given up, and those in a row that surfaces cut to less than half.
 const MOST_STEPS: usize = 100;
 const MOST_CUT: usize = 40;
-/// Share of a step below which it counts as cut.
-const CUT: f64 = 0.5;
-/// How much longer than the step of the factorised matrix that of the exact Hessian may be, in the norm of that matrix,
-/// at first and at most.
-const LONGER: f64 = 5.;
-const MOST_LONGER: f64 = 320.;
 /// Unbalanced force of a body at rest, as a share of the forces that act on it.
 const BALANCED: f64 = 1e-9;
 /// Forces below this, N, are not told apart from those of rounding when they are balanced.
@@ -105,8 +99,8 @@ struct Here {
 /// Newton's method with exact tangents. What is factorised is the Hessian with the curvature of contact made positive,
 /// `P`, pairs of surfaces being as stiff as the forces that the last step foretold would make them, and where the tissue itself
 /// is unstable `P + tau H_0`, `H_0` the Hessian at rest; the step of the exact Hessian comes from it by conjugate gradients, once
-/// steps go their whole way. A step is shortened until the potential falls with it (Armijo) with no point inside out and no
-/// surfaces that cross, and lengthened along negative curvature while the potential falls.
+/// steps go their whole way. A step is shortened until the potential falls with it
+/// (Armijo) with no point inside out and no surfaces that cross.
 pub(super) struct Newton<'p> {
     potential: &'p Potential,
     /// Where the body rests without a load,
@@ -114,10 +108,8 @@ pub(super) struct Newton<'p> {
     /// and `H_0` there.
     metric: &'p Hessian,
     hessian: Hessian,
-    /// What pairs of surfaces were expected to carry at the end of the last step.
+    /// What pairs of surfaces were expected to carry at the end of the last step of `P`.
     expected: ExpectedForces,
-    /// How much longer than the positive step the exact one may be.
-    longer: f64,
     shift: f64,
     is_stable: bool,
     cost: SettlingCost,
@@ -133,17 +125,7 @@ impl<'p> Newton<'p> {
     ) -> Self {
         let cost = SettlingCost::default();
         let expected = ExpectedForces::default();
-        Self {
-            potential,
-            origin,
-            metric,
-            hessian,
-            expected,
-            longer: LONGER,
-            shift: 0.,
-            is_stable: true,
-            cost,
-        }
+        Self { potential, origin, metric, hessian, expected, shift: 0., is_stable: true, cost }
     }
 
     /// The place of rest near `start` under the activations `a` (m), with the held dofs and the teeth as they are in
@@ -189,7 +171,7 @@ impl<'p> Newton<'p> {
                 let step = self.positive_step(&place, &here);
                 found = self.line_search(&place, &step, &here, a);
             }
-            let Some(Shortened { place: next, share, .. }) = found else {
+            let Some((next, share)) = found else {
                 if self.shift >= SHIFT[1] {
                     return Ok(None);
                 }
@@ -197,12 +179,7 @@ impl<'p> Newton<'p> {
                 continue;
             };
             is_whole = share > 0.9;
-            if share >= 4. {
-                self.longer = (4. * self.longer).min(MOST_LONGER);
-            } else if share < CUT {
-                self.longer = (0.25 * self.longer).max(LONGER);
-            }
-            cut = if share < CUT { cut + 1 } else { 0 };
+            cut = if share < 0.5 { cut + 1 } else { 0 };
             if cut == MOST_CUT {
                 return Ok(None);
             }
@@ -225,38 +202,31 @@ impl<'p> Newton<'p> {
     }
 
     /// The step of the factorised matrix; what pairs are expected to carry at its end is remembered.
-    fn positive_step(&mut self, place: &Place, here: &Here) -> Step {
-        let mut dofs = here.residual.clone();
-        self.hessian.factor().solve_in_place(&mut dofs);
-        let step = Step::whole(dofs);
-        self.expected = self.potential.expected_forces(place, &self.nodal(&step));
+    fn positive_step(&mut self, place: &Place, here: &Here) -> Vec<f64> {
+        let mut step = here.residual.clone();
+        self.hessian.factor().solve_in_place(&mut step);
+        let mut nodes = vec![Vec3::zeros(); place.x.len()];
+        let free = self.hessian.factor().symbolic().free();
+        free.iter().zip(&step).for_each(|(&dof, s)| nodes[dof / 3][dof % 3] = -s);
+        self.expected = self.potential.expected_forces(place, &nodes);
         step
     }
 
-    /// The `-step` of the free dofs as one of the nodes (n), mm.
-    fn nodal(&self, step: &Step) -> Vec<Vec3> {
-        let mut nodes = vec![Vec3::zeros(); self.origin.len()];
-        let free = self.hessian.factor().symbolic().free();
-        free.iter().zip(&step.dofs).for_each(|(&dof, step)| nodes[dof / 3][dof % 3] = -step);
-        nodes
-    }
-
     /// The step of the exact Hessian; `None` where the factor's own is as good.
-    fn exact_step(&self, here: &Here, tolerance: f64) -> Option<Step> {
+    fn exact_step(&self, here: &Here, tolerance: f64) -> Option<Vec<f64>> {
         let touches = self.hessian.contact.as_ref().is_some_and(|[exact, _]| !exact.is_empty());
         if !touches && self.shift == 0. {
             return None;
         }
         let exact = self.hessian.with(Curvature::Exact);
-        match conjugate_gradients(&self.hessian, &exact, &here.residual, tolerance, self.longer) {
-            Descent::Solution(step) => Some(Step::whole(step)),
+        match conjugate_gradients(&self.hessian, &exact, &here.residual, tolerance) {
+            Descent::Solution(step) => Some(step),
             Descent::Curved { step, direction } => {
                 let longest = direction.iter().fold(0., |most: f64, d| most.max(d.abs()));
                 let downhill = dot(&direction, &here.residual).signum();
                 let far = downhill * PUSH_MM / longest;
                 let step = step.unwrap_or_else(|| vec![0.; direction.len()]);
-                let dofs = step.iter().zip(&direction).map(|(s, d)| s + far * d).collect();
-                Some(Step { dofs, is_curved: true })
+                Some(step.iter().zip(&direction).map(|(s, d)| s + far * d).collect())
             }
         }
     }
@@ -267,15 +237,14 @@ impl<'p> Newton<'p> {
         // Any load that has a part in every direction.
         let load: Vec<f64> =
             (1..=here.residual.len()).map(|k| (k as f64 * 0.618_033_988_75).fract() - 0.5).collect();
-        let Descent::Curved { direction, .. } =
-            conjugate_gradients(&self.hessian, &exact, &load, 1e-10, LONGER)
+        let Descent::Curved { direction, .. } = conjugate_gradients(&self.hessian, &exact, &load, 1e-10)
         else {
             return None;
         };
         let longest = direction.iter().fold(0., |most: f64, d| most.max(d.abs()));
         [1., -1.].into_iter().find_map(|sign| {
             let push: Vec<f64> = direction.iter().map(|d| sign * PUSH_MM / longest * d).collect();
-            self.line_search(place, &Step::whole(push), here, a).map(|found| found.place)
+            self.line_search(place, &push, here, a).map(|(next, _)| next)
         })
     }
 
@@ -357,19 +326,18 @@ impl<'p> Newton<'p> {
 
     /// Where the step `-step` (free dofs) leads from `place`, shortened until nothing crosses and the potential falls
     /// as it should, and by how much it was shortened.
-    fn line_search(&self, place: &Place, step: &Step, here: &Here, a: &[f64]) -> Option<Shortened> {
+    fn line_search(&self, place: &Place, step: &[f64], here: &Here, a: &[f64]) -> Option<(Place, f64)> {
         let free = self.hessian.factor().symbolic().free();
         let along = |share: f64| {
             let mut next = place.clone();
-            for (&dof, step) in free.iter().zip(&step.dofs) {
+            for (&dof, step) in free.iter().zip(step) {
                 next.x[dof / 3][dof % 3] -= share * step;
             }
             next
         };
-        let slope = -dot(&step.dofs, &here.residual);
-        let longest = step.dofs.iter().fold(0., |most: f64, s| most.max(s.abs()));
-        let most = LONGEST_MM / longest;
-        let whole = most.min(1.);
+        let slope = -step.iter().zip(&here.residual).map(|(s, r)| s * r).sum::<f64>();
+        let longest = step.iter().fold(0., |most: f64, s| most.max(s.abs()));
+        let whole = (LONGEST_MM / longest).min(1.);
         let way = self.potential.way(place, &along(whole));
         let energy = self.potential.energy(place, &way, a)?;
         // What rounding of the sum hides.
@@ -380,61 +348,12 @@ impl<'p> Newton<'p> {
             if let Some(there) = self.potential.energy(&next, &way, a)
                 && there <= energy + WORTH * share * slope + noise
             {
-                let found = Shortened { place: next, share, energy: there };
-                let goes_on = step.is_curved && share == 1.;
-                return Some(if goes_on { self.farther(found, along, place, most, a) } else { found });
+                return Some((next, share));
             }
             share *= 0.5;
         }
         None
     }
-
-    /// The place `first` found `along` a step from `place`, or one farther on, by doubling, while the potential falls.
-    fn farther(
-        &self,
-        first: Shortened,
-        along: impl Fn(f64) -> Place,
-        place: &Place,
-        most: f64,
-        a: &[f64],
-    ) -> Shortened {
-        let mut best = first;
-        while 2. * best.share <= most {
-            let share = 2. * best.share;
-            let next = along(share);
-            let way = self.potential.way(place, &next);
-            if way.limit < 1. {
-                break;
-            }
-            match self.potential.energy(&next, &way, a) {
-                Some(energy) if energy < best.energy => best = Shortened { place: next, share, energy },
-                _ => break,
-            }
-        }
-        best
-    }
-}
-
-/// A step on the free dofs, backwards.
-struct Step {
-    dofs: Vec<f64>,
-    /// Whether it goes in a direction of no positive curvature, so that the potential may fall beyond its end.
-    is_curved: bool,
-}
-
-impl Step {
-    fn whole(dofs: Vec<f64>) -> Self {
-        Self { dofs, is_curved: false }
-    }
-}
-
-/// Where a step leads.
-struct Shortened {
-    place: Place,
-    /// How much of the step that is.
-    share: f64,
-    /// The potential there, N mm.
-    energy: f64,
 }
 
 impl Potential {
