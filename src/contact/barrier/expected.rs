@@ -20,7 +20,7 @@ impl ExpectedForces {
         let expected = |term: &Term| {
             let [_, slope, curve] = term.pair(barrier, x);
             let closing = -term.separation.rate(&Term::places(term.vertices, step));
-            (closing > 0. && term.weight > 0.).then(|| (term.vertices, curve * closing - slope))
+            (closing > 0. && term.weight > 0.).then_some((term.vertices, curve * closing - slope))
         };
         Self(terms.iter().filter_map(expected).collect())
     }
