@@ -334,7 +334,7 @@ fn moduli_in_pascal_are_told() {
 #[test]
 fn numbers_of_a_muscle_that_make_no_sense_are_refused() {
     for (field, good, bad) in [
-        ("max_force_n", "2.0", &["0.0", "-1.0", "nan", "inf"][..]),
+        ("max_force_n", "2.0", &["0.0", "-1.0", "nan", "inf", "2e5"][..]),
         ("radius_mm", "3.0", &["0.0", "-3.0", "nan"]),
         ("insertion_mm", "2.0", &["-1.0", "nan"]),
     ] {

@@ -442,6 +442,19 @@ fn a_folder_that_cannot_be_written_is_refused() {
 }
 
 #[test]
+fn a_file_where_the_folder_of_a_result_goes_is_told_before_the_work() {
+    let dir = folder();
+    let (path, file) =
+        (target(&dir, &LEFT_CORNER.replace("cheilion_l", "nowhere")), dir.path().join("taken"));
+    fs::write(&file, "mine").expect("written");
+    // The target cannot be fitted either, which only the work finds out.
+    let (code, _, stderr) = run(modiolus().arg("fit").arg(&path).arg("--out").arg(&file));
+    assert_eq!(code, 2, "{stderr}");
+    assert!(stderr.contains("is no folder"), "{stderr}");
+    assert_eq!(fs::read_to_string(&file).expect("there"), "mine");
+}
+
+#[test]
 fn version_and_help_go_to_stdout() {
     let (code, stdout, _) = run(modiolus().arg("--version"));
     assert_eq!((code, stdout.as_str()), (0, concat!("modiolus ", env!("CARGO_PKG_VERSION"), "\n")));

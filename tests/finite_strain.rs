@@ -365,11 +365,11 @@ fn surfaces_stay_apart_whatever_the_path_and_both_sides_smile_alike() {
 
 #[test]
 fn pressed_lips_come_to_a_stable_rest_in_few_factorisations() {
-    // 33 and 84 as it is; 42 and 516 with edges of a tenth of the weight and pairs as stiff as their tangents, when a load was
-    // given up after sixteen steps that surfaces cut.
+    // 33 and 57 as it is; 42 and 516 where edges had a tenth of their weight and a load was given up after sixteen steps
+    // that surfaces cut.
     let face = strong_face();
     let model = FiniteModel::new(&face, Some(FaceContact::new(&face).unwrap())).unwrap();
-    for (ring, most) in [("orbicularis_oris_marginalis", 45), ("orbicularis_oris_peripheralis", 100)] {
+    for (ring, most) in [("orbicularis_oris_marginalis", 45), ("orbicularis_oris_peripheralis", 75)] {
         let state = model.settle(&both_sides(&face, &[(ring, 1.)]), &Pose::rest()).unwrap();
         assert!(state.is_stable() && state.load_steps() == 1, "{ring}");
         assert!(state.cost().factorisations <= most, "{ring}: {:?}", state.cost());
@@ -389,6 +389,12 @@ fn no_activation_has_a_slope_left_at_the_optimum_of_a_fit() {
     assert_eq!(answer.solution.status, Status::Solved);
     let path_mm = answer.path_mm.unwrap();
     assert!(path_mm < 0.01, "{path_mm} mm from the face that is loaded from rest");
+    // Markers, certificate and displacement are of one face.
+    let state = answer.state.unwrap();
+    for (marker, site) in answer.solution.markers.iter().zip(&observations.sites) {
+        let moved = site.displacement(state.displacement());
+        assert!((moved - marker.model_mm).norm() < 1e-10, "{}: {moved} {}", marker.name, marker.model_mm);
+    }
     // The objective itself, from the face at rest alone.
     let objective = |a: &[f64]| {
         let state = model.settle(a, &Pose::rest()).unwrap();

@@ -14,7 +14,7 @@ mod teeth_error;
 
 pub use barrier::{
     Barrier, BarrierContact, BarrierError, Body, Candidates, CollisionSurface, ContactDerivatives,
-    ContactPoint, Crossing, Curvature, ExpectedForces,
+    ContactPoint, Crossing, Curvature,
 };
 pub use closed_surface::closed_surface;
 pub use closest::{Feature, TrianglePoint, closest_on_triangle};

@@ -20,7 +20,7 @@ use crate::qp::{Certificate, Point};
 /// Largest residual of the optimality conditions of an answer that may be called solved.
 const KKT: f64 = 1e-5;
 /// How near gradients are taken for those of one place: surfaces have corners, where the gradient jumps.
-const KINK: f64 = 1e-3;
+const KINK: f64 = 1e-4;
 /// Places whose gradients are remembered.
 const MOST_SIDES: usize = 8;
 /// Steps before a fit is given up.
@@ -28,7 +28,7 @@ const MOST_STEPS: usize = 60;
 /// Half width of the first trust region.
 const FIRST_RADIUS: f64 = 0.5;
 /// Half width at which the way is lost.
-const LEAST_RADIUS: f64 = 1e-6;
+const LEAST_RADIUS: f64 = 1e-7;
 /// Share of the predicted decrease that a step must bring to be taken.
 const WORTH: f64 = 1e-4;
 /// Relative change of the objective that rounding and unbalanced forces explain.
@@ -58,8 +58,7 @@ pub struct FiniteFit<'a> {
 pub struct FiniteAnswer {
     /// The answer; its certificate is that of the objective itself, at the face at rest.
     pub solution: Solution,
-    /// The face under the answer, reached from rest along the loading path, or as the fit did where it is not found that
-    /// way (a warning says so); `None` when there is no answer.
+    /// The face of which the answer's markers and certificate are; `None` when there is no answer.
     pub state: Option<FiniteState>,
     /// Farthest that a node lies from where the fit had it, mm, when the face is loaded from rest; `None` where it is not
     /// found that way.
@@ -143,24 +142,24 @@ impl FiniteFit<'_> {
             None => (first, Vec::new()),
         };
         let mut solution = best.solution()?;
+        let state = best.here.state;
         // What `forward` shows under these activations.
-        let there = &best.here.state;
-        let (state, path_mm) = match self.model.settle(there.activation(), there.pose()) {
-            Ok(state) => {
-                let apart = state.positions().iter().zip(there.positions()).map(|(a, b)| (a - b).norm());
+        let path_mm = match self.model.settle(state.activation(), state.pose()) {
+            Ok(from_rest) => {
+                cost.add(from_rest.cost());
+                let apart = from_rest.positions().iter().zip(state.positions()).map(|(a, b)| (a - b).norm());
                 let apart_mm = apart.fold(0., f64::max);
                 if apart_mm > SAME_MM {
                     solution.warnings.push(Warning::Path { apart_mm });
                 }
-                (state, Some(apart_mm))
+                Some(apart_mm)
             }
             Err(FiniteError::NoRest { reached }) => {
                 solution.warnings.push(Warning::OwnPath { reached });
-                (there.clone(), None)
+                None
             }
             Err(error) => return Err(error.into()),
         };
-        cost.add(state.cost());
         if !state.is_stable() {
             solution.warnings.push(Warning::Unstable);
         }

@@ -9,7 +9,6 @@ use super::separation::{edges_squared_distance, nearest_on_triangle};
 use super::term::Terms;
 use super::{
     Barrier, BarrierError, Candidates, CollisionSurface, ContactDerivatives, ContactPoint, Curvature,
-    ExpectedForces,
 };
 use crate::units::Vec3;
 
@@ -129,23 +128,6 @@ impl BarrierContact {
         terms.derivatives(&terms.of(candidates), curvature)
     }
 
-    /// The potential and its derivatives, their curvature made positive, and that of secants to the forces `expected`
-    /// where these are greater.
-    pub fn stiffened(
-        &self,
-        x: &[Vec3],
-        candidates: &Candidates,
-        expected: &ExpectedForces,
-    ) -> ContactDerivatives {
-        let terms = self.terms(x);
-        terms.stiffened(&terms.of(candidates), expected)
-    }
-
-    /// What the pairs within reach at `x` are expected to carry as the vertices go by `step` (v, mm).
-    pub fn expected_forces(&self, x: &[Vec3], candidates: &Candidates, step: &[Vec3]) -> ExpectedForces {
-        ExpectedForces::of(&self.terms(x).of(candidates), &self.barrier, x, step)
-    }
-
     /// The force of contact on each vertex, (v), N, those of obstacles included: their sum is zero.
     pub fn vertex_forces(&self, x: &[Vec3], candidates: &Candidates) -> Vec<Vec3> {
         let mut forces = vec![Vec3::zeros(); self.surface.n_vertices()];
@@ -245,8 +227,7 @@ mod tests {
 
     #[test]
     fn flat_surfaces_press_alike_however_they_are_meshed() {
-        // Below half of the reach edges help.
-        for (gap, weaker, stronger) in [(0.2, 1e-12, 1e-12), (0.1, 0., f64::INFINITY)] {
+        for gap in [0.2, 0.1] {
             let pressure = -BARRIER.at(gap, 0.4)[1];
             for (n, m, subdivision) in [(3, 5, 1), (4, 4, 1), (5, 17, 1), (7, 10, 2), (16, 9, 1), (8, 3, 3)] {
                 let pressed = pressed(n, m, subdivision);
@@ -256,35 +237,11 @@ mod tests {
                 let on: [Vec3; 2] = [&forces[..tissue], &forces[tissue..]].map(|f| f.iter().sum());
                 let error = -on[0].z / (144. * pressure) - 1.;
 
-                assert!((-weaker..stronger).contains(&error), "{n} {m} {subdivision}: {error}");
+                assert!(error.abs() < 1e-12, "{n} {m} {subdivision}: {error}");
                 assert!((on[0] + on[1]).norm() < 1e-12 * on[0].norm());
                 assert!(on[0].xy().norm() < 0.01 * on[0].norm(), "{}", on[0]);
             }
         }
-    }
-
-    #[test]
-    fn a_pair_that_a_step_closes_is_as_stiff_as_the_secant_to_what_it_will_carry() {
-        // Far within reach the force is c / d: where the tangent at d foretells 1 + m / d of it after m of the way, the
-        // barrier carries that at d / (1 + m / d).
-        let (pressed, gap, way) = (pressed(2, 3, 1), 1e-5, 4e-5);
-        let x = pressed.at(&pressed.mesh.points, gap - 1.);
-        let contact = &pressed.contact;
-        let candidates = contact.candidates(&x, &x);
-        let tissue = contact.surface.n_tissue_vertices();
-        let stiffness = |step: f64| -> f64 {
-            let steps: Vec<Vec3> =
-                (0..x.len()).map(|v| if v < tissue { step * Vec3::z() } else { Vec3::zeros() }).collect();
-            let expected = contact.expected_forces(&x, &candidates, &steps);
-            let found = contact.stiffened(&x, &candidates, &expected).blocks;
-            found.iter().map(|(i, j, block)| if i == j { block[(2, 2)] } else { 2. * block[(2, 2)] }).sum()
-        };
-        let positive = contact.derivatives(&x, &candidates, Curvature::Projected).blocks;
-        let still: f64 =
-            positive.iter().map(|(i, j, b)| if i == j { b[(2, 2)] } else { 2. * b[(2, 2)] }).sum();
-        assert!((stiffness(0.) / still - 1.).abs() < 1e-12 && (stiffness(-way) / still - 1.).abs() < 1e-12);
-        let secant = stiffness(way) / still;
-        assert!((secant / (1. + way / gap) - 1.).abs() < 1e-2, "{secant}");
     }
 
     #[test]

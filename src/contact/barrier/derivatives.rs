@@ -3,7 +3,6 @@
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::ExpectedForces;
 use super::local::Local;
 use super::term::{Term, Terms};
 use super::{CollisionSurface, Curvature};
@@ -26,22 +25,10 @@ pub struct ContactDerivatives {
 impl Terms<'_> {
     /// The sum of `terms`, in their order whatever the number of threads.
     pub(super) fn derivatives(&self, terms: &[Term], curvature: Curvature) -> ContactDerivatives {
-        self.sum(terms, |term| term.derivatives(self.barrier, self.x, curvature))
-    }
-
-    /// The same, their curvature made positive, and that of secants where `expected` says so.
-    pub(super) fn stiffened(&self, terms: &[Term], expected: &ExpectedForces) -> ContactDerivatives {
-        self.sum(terms, |term| {
-            let mut local = term.derivatives(self.barrier, self.x, Curvature::Projected);
-            local.hessian *= expected.stiffening(term, self.barrier, self.x);
-            local
-        })
-    }
-
-    fn sum(&self, terms: &[Term], local: impl Fn(&Term) -> Local + Sync) -> ContactDerivatives {
         let mut sum = Sum::new(self.surface.n_nodes());
         for batch in terms.chunks(BATCH) {
-            let locals: Vec<Local> = batch.par_iter().map(&local).collect();
+            let locals: Vec<Local> =
+                batch.par_iter().map(|term| term.derivatives(self.barrier, self.x, curvature)).collect();
             batch.iter().zip(&locals).for_each(|(term, local)| sum.add(self.surface, term, local));
         }
         sum.finish()

@@ -14,7 +14,7 @@ pub struct Barrier {
 }
 
 /// Reach of edges over that of vertices: surfaces that lie flat on each other are held apart before edges are near.
-const OF_EDGES: f64 = 0.5;
+const OF_EDGES: f64 = 0.25;
 
 impl Barrier {
     pub(super) fn edge_reach_mm(&self) -> f64 {

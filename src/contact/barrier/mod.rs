@@ -9,9 +9,9 @@
 //! v: vertices of either side with a third of the rest area of their triangles, `A_v`; f: vertices, edges and triangles
 //! of the surface that v meets, counted so that a flat surface counts once however it is triangulated; e: edges, of
 //! width `h_e = A_e / l_e`, so that edges of two surfaces that cross have between them the area of the surface; m: what
-//! smooths edges that are nearly parallel; r: the reach, half as far for edges, and of each vertex and each pair of edges
+//! smooths edges that are nearly parallel; r: the reach, a quarter as far for edges, and of each vertex and each pair of edges
 //! less than its distance at rest. Two flat parallel surfaces so press on each other with -b'(d) per area, exactly down to
-//! half the reach; below it edges hold them farther apart.
+//! a quarter of the reach; below it edges hold them farther apart.
 //!
 //! Every step is cut before surfaces cross: what starts apart stays apart.
 //!
@@ -25,7 +25,6 @@ mod broad_phase;
 mod collision_surface;
 mod derivatives;
 mod error;
-mod expected;
 mod law;
 mod local;
 mod mollifier;
@@ -42,7 +41,6 @@ pub use broad_phase::Candidates;
 pub use collision_surface::{Body, CollisionSurface};
 pub use derivatives::ContactDerivatives;
 pub use error::{BarrierError, Crossing};
-pub use expected::ExpectedForces;
 pub use law::Barrier;
 pub use local::Curvature;
 pub use report::ContactPoint;

@@ -40,12 +40,6 @@ impl Separation {
         }
     }
 
-    /// How the distance changes as the corners go by `steps`.
-    pub(super) fn rate(&self, steps: &[Vec3; 4]) -> f64 {
-        let relative: Vec3 = self.shares.iter().zip(steps).map(|(a, step)| *a * step).sum();
-        self.offset.dot(&relative) / self.distance()
-    }
-
     /// Of corner `i` from corner `j`.
     fn corner_corner(x: &[Vec3; 4], i: usize, j: usize) -> Self {
         let mut shares = [0.; 4];

@@ -10,9 +10,7 @@ use rayon::prelude::*;
 
 /// Weight of edges. Vertices measure a flat surface exactly, edges only on the mean over how two meshes lie on each
 /// other, and so reach less far; but where two creases cross no vertex is near, and all that presses there presses on a
-/// few pairs of edges. With a tenth of this weight they come within micrometres, and steps turn about each other there:
-/// a face takes ten times as many. With ten times as much facets interlock like teeth of a gear: how surfaces come to lie
-/// depends nearly twice as much on how they came.
+/// few pairs of edges. With a tenth of this weight they come within micrometres, where steps turn about each other.
 const OF_EDGES: f64 = 1.;
 /// Area that two crossing edges have between them over the product of their widths, `1 / sin`, on the mean over all
 /// angles between meshes that lie on each other at random.
@@ -41,12 +39,6 @@ impl Term {
     /// Positions of the vertices; those it has not are where the first one is.
     pub(super) fn places(vertices: [u32; 4], x: &[Vec3]) -> [Vec3; 4] {
         vertices.map(|v| x[if v == NONE { vertices[0] } else { v } as usize])
-    }
-
-    /// The energy, N mm, its slope, N, and its curvature, N/mm, over the distance of the pair alone.
-    pub(super) fn pair(&self, barrier: &Barrier, x: &[Vec3]) -> [f64; 3] {
-        let factor = self.mollifier.map_or(1., |m| m.value(&Self::places(self.vertices, x)));
-        barrier.at(self.separation.distance(), self.reach_mm).map(|b| factor * self.weight * b)
     }
 
     /// The energy, N mm.

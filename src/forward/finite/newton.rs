@@ -4,7 +4,7 @@ use super::Potential;
 use super::conjugate_gradients::{Descent, conjugate_gradients, dot};
 use super::contact::Obstacles;
 use super::hessian::Hessian;
-use crate::contact::{Curvature, ExpectedForces};
+use crate::contact::Curvature;
 use crate::forward::{Cholesky, ForwardError};
 use crate::units::Vec3;
 
@@ -97,9 +97,8 @@ struct Here {
 }
 
 /// Newton's method with exact tangents. What is factorised is the Hessian with the curvature of contact made positive,
-/// `P`, pairs of surfaces being as stiff as the forces that the last step foretold would make them, and where the tissue itself
-/// is unstable `P + tau H_0`, `H_0` the Hessian at rest; the step of the exact Hessian comes from it by conjugate gradients, once
-/// steps go their whole way. A step is shortened until the potential falls with it
+/// `P`, and where the tissue itself is unstable `P + tau H_0`, `H_0` the Hessian at rest; the step of the exact Hessian comes
+/// from it by conjugate gradients, once steps go their whole way. A step is shortened until the potential falls with it
 /// (Armijo) with no point inside out and no surfaces that cross.
 pub(super) struct Newton<'p> {
     potential: &'p Potential,
@@ -108,8 +107,6 @@ pub(super) struct Newton<'p> {
     /// and `H_0` there.
     metric: &'p Hessian,
     hessian: Hessian,
-    /// What pairs of surfaces were expected to carry at the end of the last step of `P`.
-    expected: ExpectedForces,
     shift: f64,
     is_stable: bool,
     cost: SettlingCost,
@@ -124,8 +121,7 @@ impl<'p> Newton<'p> {
         hessian: Hessian,
     ) -> Self {
         let cost = SettlingCost::default();
-        let expected = ExpectedForces::default();
-        Self { potential, origin, metric, hessian, expected, shift: 0., is_stable: true, cost }
+        Self { potential, origin, metric, hessian, shift: 0., is_stable: true, cost }
     }
 
     /// The place of rest near `start` under the activations `a` (m), with the held dofs and the teeth as they are in
@@ -166,12 +162,13 @@ impl<'p> Newton<'p> {
             }
             let tolerance = f64::min(INEXACT, (size / here.scale).sqrt());
             let exact = if is_whole { self.exact_step(&here, tolerance) } else { None };
-            let mut found = exact.and_then(|step| self.line_search(&place, &step, &here, a));
-            if found.is_none() {
-                let step = self.positive_step(&place, &here);
-                found = self.line_search(&place, &step, &here, a);
-            }
-            let Some((next, share)) = found else {
+            let along = |step: Vec<f64>| self.line_search(&place, &step, &here, a);
+            let projected = || {
+                let mut step = here.residual.clone();
+                self.hessian.factor().solve_in_place(&mut step);
+                step
+            };
+            let Some((next, share)) = exact.and_then(along).or_else(|| along(projected())) else {
                 if self.shift >= SHIFT[1] {
                     return Ok(None);
                 }
@@ -199,17 +196,6 @@ impl<'p> Newton<'p> {
     /// The minimum at `place`, whose Hessian was factorised last.
     pub(super) fn minimum(self, place: Place) -> Minimum {
         Minimum { place, hessian: self.hessian, is_stable: self.is_stable, cost: self.cost }
-    }
-
-    /// The step of the factorised matrix; what pairs are expected to carry at its end is remembered.
-    fn positive_step(&mut self, place: &Place, here: &Here) -> Vec<f64> {
-        let mut step = here.residual.clone();
-        self.hessian.factor().solve_in_place(&mut step);
-        let mut nodes = vec![Vec3::zeros(); place.x.len()];
-        let free = self.hessian.factor().symbolic().free();
-        free.iter().zip(&step).for_each(|(&dof, s)| nodes[dof / 3][dof % 3] = -s);
-        self.expected = self.potential.expected_forces(place, &nodes);
-        step
     }
 
     /// The step of the exact Hessian; `None` where the factor's own is as good.
@@ -294,7 +280,7 @@ impl<'p> Newton<'p> {
 
     /// Derivatives at `place`, the Hessian kept; `None` where a point is inside out.
     fn derivatives(&mut self, place: &Place, a: &[f64], pull: f64) -> Result<Option<Here>, ForwardError> {
-        let Some(gradient) = self.potential.derivatives(place, a, &self.expected, &mut self.hessian)? else {
+        let Some(gradient) = self.potential.derivatives(place, a, &mut self.hessian)? else {
             return Ok(None);
         };
         let reactions = gradient.iter().map(Vec3::norm_squared).sum::<f64>().sqrt();

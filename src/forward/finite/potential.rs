@@ -3,7 +3,7 @@
 use super::contact::{FaceContact, Obstacles};
 use super::hessian::Hessian;
 use super::{FiniteBody, Place};
-use crate::contact::{Candidates, Curvature, ExpectedForces};
+use crate::contact::{Candidates, Curvature};
 use crate::forward::ForwardError;
 use crate::units::Vec3;
 
@@ -73,21 +73,18 @@ impl Potential {
     }
 
     /// The gradient (n, N) at `place`, the second derivatives being left in `hessian`, whose pattern grows by the nodes
-    /// that contact joins; `None` where a point is inside out. `expected` stiffens the pairs of the positive part.
+    /// that contact joins; `None` where a point is inside out.
     pub(super) fn derivatives(
         &self,
         place: &Place,
         a: &[f64],
-        expected: &ExpectedForces,
         hessian: &mut Hessian,
     ) -> Result<Option<Vec<Vec3>>, ForwardError> {
         let touched = self.contact.as_ref().map(|contact| {
             let at = contact.positions(&place.x, &place.obstacles);
             let candidates = contact.barrier.candidates(&at, &at);
-            [
-                contact.barrier.derivatives(&at, &candidates, Curvature::Exact),
-                contact.barrier.stiffened(&at, &candidates, expected),
-            ]
+            [Curvature::Exact, Curvature::Projected]
+                .map(|curvature| contact.barrier.derivatives(&at, &candidates, curvature))
         });
         if let Some([exact, _]) = &touched {
             hessian.join(&self.body, &self.held, &exact.blocks)?;
@@ -102,15 +99,6 @@ impl Potential {
             touched.map(|derivatives| derivatives.blocks)
         });
         Ok(Some(gradient))
-    }
-
-    /// What pairs within reach at `place` are expected to carry after the `step` (n, mm) of the nodes.
-    pub(super) fn expected_forces(&self, place: &Place, step: &[Vec3]) -> ExpectedForces {
-        let Some(contact) = &self.contact else { return ExpectedForces::default() };
-        let at = contact.positions(&place.x, &place.obstacles);
-        let still = place.obstacles.iter().map(|points| vec![Vec3::zeros(); points.len()]).collect();
-        let step = contact.positions(step, &Obstacles::new(still));
-        contact.barrier.expected_forces(&at, &contact.barrier.candidates(&at, &at), &step)
     }
 
     /// Force (n, N) by which contact changes on the nodes as the teeth move by `step` from `place`.
