@@ -455,6 +455,15 @@ fn a_file_where_the_folder_of_a_result_goes_is_told_before_the_work() {
 }
 
 #[test]
+fn only_the_frames_of_a_track_can_be_left_out_of_a_page() {
+    let dir = folder();
+    let page = dir.path().join("page.html");
+    let mut command = modiolus();
+    command.args(["report", "nowhere", "--every", "3", "--out"]).arg(&page);
+    refused(&mut command, &page, &["--every: nowhere is no track"]);
+}
+
+#[test]
 fn version_and_help_go_to_stdout() {
     let (code, stdout, _) = run(modiolus().arg("--version"));
     assert_eq!((code, stdout.as_str()), (0, concat!("modiolus ", env!("CARGO_PKG_VERSION"), "\n")));

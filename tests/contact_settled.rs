@@ -10,7 +10,7 @@ use common::cuboid;
 use modiolus::contact::{Pair, PairKind, Solid, teeth_planes};
 use modiolus::face::standard::{Resolution, standard};
 use modiolus::face::{ContactReach, ContactSearch, Landmark, Pose, RigidMotion, Teeth};
-use modiolus::forward::{ContactResponse, Deformation, Model, contact_forces};
+use modiolus::forward::{ContactResponse, Model, contact_forces};
 use modiolus::inverse::{
     ActivatedProblem, ContactFit, ContactMode, Goal, JawOpening, Marker, Observations, Place, Status, Target,
     Warning,
@@ -287,8 +287,6 @@ fn pursed_lips_slide_past_the_rim_of_the_other_lip_and_are_held_there() {
     let settled = model.at(&a).unwrap().settle(&face, &search, &a, None).unwrap();
     println!("{} rounds, overlap {:.4} mm", settled.rounds, settled.penetration_mm);
     assert!(settled.settled, "{} rounds, overlap {} mm", settled.rounds, settled.penetration_mm);
-    let deformation = Deformation::of(&face.mesh, &settled.equilibrium.displacement);
-    assert_eq!(deformation.inverted_cells, 0, "{deformation:?}");
 }
 
 #[test]

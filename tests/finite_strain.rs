@@ -54,6 +54,27 @@ fn patches() -> Vec<(Patch, Vec<Vec3>)> {
         .to_vec()
 }
 
+/// The same, each kind that can fold between its points with its first node pushed nine tenths of the way to where it does.
+fn folded() -> Vec<(Patch, Vec<Vec3>)> {
+    let almost = |(patch, x): (Patch, Vec<Vec3>)| {
+        let centre = x.iter().sum::<Vec3>() / x.len() as f64;
+        let pushed = |share: f64| {
+            let mut x = x.clone();
+            x[0] = x[0].lerp(&centre, share);
+            x
+        };
+        let (mut upright, mut over) = (0., 2.);
+        while over - upright > 1e-3 {
+            let middle = 0.5 * (upright + over);
+            let slot = if patch.energy(&pushed(middle), &[0.7]).is_some() { &mut upright } else { &mut over };
+            *slot = middle;
+        }
+        let x = pushed(0.9 * upright);
+        (patch, x)
+    };
+    patches().into_iter().filter(|(patch, _)| patch.nodes().len() != 4).map(almost).collect()
+}
+
 fn moved(x: &[Vec3], node: usize, axis: usize, by: f64) -> Vec<Vec3> {
     let mut x = x.to_vec();
     x[node][axis] += by;
@@ -64,7 +85,7 @@ fn moved(x: &[Vec3], node: usize, axis: usize, by: f64) -> Vec<Vec3> {
 fn forces_and_tangent_are_the_derivatives_of_the_potential() {
     const H: f64 = 1e-5;
     let a = [0.7];
-    for (patch, x) in patches() {
+    for (patch, x) in patches().into_iter().chain(folded()) {
         let here = patch.derivatives(&x, &a).expect("upright");
         let (passive, active) = patch.forces(&x).expect("upright");
         let n = x.len();
@@ -206,6 +227,33 @@ fn a_point_inside_out_has_no_energy() {
     let (patch, x) = patches().swap_remove(0);
     let flat: Vec<Vec3> = x.iter().map(|x| Vec3::new(x.x, x.y, -x.z)).collect();
     assert!(patch.energy(&flat, &[0.]).is_none() && patch.derivatives(&flat, &[0.]).is_none());
+}
+
+#[test]
+fn a_cell_folded_at_a_corner_has_no_energy_and_pushes_back_before() {
+    // A corner of the unit cube pushed along the diagonal: its ratio of volumes is 1 - 3 t, while the nearest point of
+    // integration is not folded before t = 0.82.
+    let mesh = grid(CellKind::Hex8, [1, 1, 1], |p| p);
+    let corner = mesh.points.iter().position(|p| *p == Vec3::zeros()).unwrap();
+    let body = FiniteBody::new(&mesh, 0, |_| tissue(None)).unwrap();
+    let at = |t: f64| {
+        let mut x = mesh.points.clone();
+        x[corner] = Vec3::repeat(t);
+        x
+    };
+    assert!(body.is_upright(&at(0.33)) && !body.is_upright(&at(0.34)));
+    assert!(body.energy(&at(0.33), &[]).is_some() && body.energy(&at(0.34), &[]).is_none());
+    assert!(body.forces(&at(0.34)).is_none());
+    // The same points without corners: what is left is the closed form, nothing while the corner keeps 0.4 of its volume.
+    let patch = &body.patches()[0];
+    let points = Patch::new(patch.nodes().to_vec(), patch.points().to_vec());
+    for t in [0.05, 0.15, 0.19, 0.22, 0.28, 0.33] {
+        let x: Vec<Vec3> = patch.nodes().iter().map(|&node| at(t)[node]).collect();
+        let own = patch.energy(&x, &[]).unwrap() - points.energy(&x, &[]).unwrap();
+        let s = f64::min((1. - 3. * t) / 0.4, 1.);
+        let expected = -0.125 * 0.005 * (s - 1.).powi(2) * s.ln();
+        assert!((own - expected).abs() < 1e-12, "{t}: {own} {expected}");
+    }
 }
 
 #[test]

@@ -104,6 +104,8 @@ pub(crate) enum CliError {
     SequenceOfFaces { first: PathBuf, other: PathBuf },
     #[error("{}: is a track, which is shown alone: leave out other results, --sequence and --frames", .0.display())]
     TrackAlone(PathBuf),
+    #[error("--every: {} is no track: only the frames of what `modiolus track` wrote can be left out", .0.display())]
+    EveryOfNoTrack(PathBuf),
     #[error(transparent)]
     TrackFiles(#[from] TrackFileError),
     #[error("--frames: there is no tangent at the answer of {0}, by which frames could be superposed")]

@@ -28,6 +28,9 @@ pub(crate) fn run(options: &ReportOptions) -> Result<Outcome, CliError> {
     if let Some(track) = options.results.iter().find(|folder| TrackFiles::is_in(folder)) {
         return tracked(track, options);
     }
+    if let (Some(_), [first, ..]) = (options.every, &options.results[..]) {
+        return Err(CliError::EveryOfNoTrack(first.clone()));
+    }
     let found = options.results.len();
     if found > MOST_RESULTS && !options.sequence {
         return Err(ReportError::Results { found }.into());

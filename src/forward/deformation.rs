@@ -27,7 +27,7 @@ pub struct Deformation {
     /// Share of the volume out of the range of linear elasticity: strain above 0.1 or rotation above
     /// 10 degrees.
     pub beyond_share: f64,
-    /// Cells that it turns inside out at some integration point: `det(I + H) <= 0`.
+    /// Cells that it turns inside out at some integration point or node: `det(I + H) <= 0`.
     pub inverted_cells: usize,
     /// Where `det(I + H)` is least, at rest, mm,
     pub inverted_at: Vec3,
@@ -59,8 +59,8 @@ impl Default for Deformation {
 }
 
 impl Deformation {
-    /// Of the displacement `u` (3n, node-major xyz, mm) of `mesh`, over all integration points; cells
-    /// with a Jacobian that is not positive count nothing.
+    /// Of the displacement `u` (3n, node-major xyz, mm) of `mesh`, over all integration points, `det(I + H)` also at the
+    /// nodes of every cell; cells with a Jacobian that is not positive count nothing.
     pub fn of(mesh: &Mesh, u: &[f64]) -> Self {
         let in_cell = |index: usize| {
             let cell = &mesh.cells[index];
@@ -68,8 +68,10 @@ impl Deformation {
             let element = Element::new(cell.kind(), &nodes)?;
             let local: Vec<Vec3> =
                 cell.nodes().iter().map(|&n| Vec3::new(u[3 * n], u[3 * n + 1], u[3 * n + 2])).collect();
-            let points = element.points().iter().enumerate();
-            points.map(|(q, p)| Tally::at(p, &element.displacement_gradient(q, &local))).reduce(Tally::join)
+            let inside = element.points().iter().map(|p| Tally::at(p, &p.displacement_gradient(&local)));
+            let corners = IntegrationPoint::at_nodes(cell.kind(), &nodes);
+            let corners = corners.iter().map(|p| Tally::at_node(p, &p.displacement_gradient(&local)));
+            inside.chain(corners).reduce(Tally::join)
         };
         // Collected in order before it is joined: sums and ties are the same for any thread count.
         let cells: Vec<Option<Tally>> = (0..mesh.cells.len()).into_par_iter().map(in_cell).collect();
@@ -110,6 +112,13 @@ impl Tally {
         };
         let beyond = if worst.is_small() { 0. } else { point.volume };
         Self { worst, volume: point.volume, beyond }
+    }
+
+    /// At a node of a cell, where only the ratio of volumes is of use: strain is least accurate there.
+    fn at_node(point: &IntegrationPoint, gradient: &Matrix3<f64>) -> Self {
+        let volume_ratio = (Matrix3::identity() + gradient).determinant();
+        let worst = Deformation { volume_ratio, inverted_at: point.position, ..Deformation::default() };
+        Self { worst, volume: 0., beyond: 0. }
     }
 
     fn join(self, other: Self) -> Self {

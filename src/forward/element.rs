@@ -34,9 +34,39 @@ pub struct Element {
 }
 
 impl IntegrationPoint {
+    /// The point `xi`, of `weight`, of an element of `kind` on `nodes` (mm), or `None` when the Jacobian is not positive
+    /// there.
+    pub(super) fn new(kind: CellKind, nodes: &[Vec3], xi: Vec3, weight: f64) -> Option<Self> {
+        let (shape, local) = (kind.shape(xi), kind.shape_gradient(xi));
+        let mut jacobian = Matrix3::zeros();
+        let mut position = Vec3::zeros();
+        for (i, p) in nodes.iter().enumerate() {
+            jacobian += p * local[i].transpose();
+            position += shape[i] * p;
+        }
+        let determinant = jacobian.determinant();
+        if determinant.is_nan() || determinant <= 0. {
+            return None;
+        }
+        let to_global = jacobian.try_inverse()?.transpose();
+        let gradient = local[..nodes.len()].iter().map(|g| to_global * g).collect();
+        Some(Self { position, volume: determinant * weight, gradient })
+    }
+
+    /// The points at the nodes of an element of `kind` on `nodes` (mm), its corners among them, where the Jacobian is
+    /// positive. They stand for no volume.
+    pub(super) fn at_nodes(kind: CellKind, nodes: &[Vec3]) -> Vec<Self> {
+        kind.node_positions().iter().filter_map(|p| Self::new(kind, nodes, Vec3::from(*p), 0.)).collect()
+    }
+
     /// Gradients of the shape functions of the element's nodes, 1/mm.
     pub(super) fn gradients(&self) -> &[Vec3] {
         &self.gradient
+    }
+
+    /// Displacement gradient `H_ij = du_i/dx_j` for nodal displacements `u` (mm).
+    pub(super) fn displacement_gradient(&self, u: &[Vec3]) -> Matrix3<f64> {
+        u.iter().zip(&self.gradient).map(|(u, g)| u * g.transpose()).sum()
     }
 }
 
@@ -47,23 +77,8 @@ impl Element {
     /// The element of `kind` on `nodes` (mm), or `None` when the Jacobian is not positive at an
     /// integration point.
     pub fn new(kind: CellKind, nodes: &[Vec3]) -> Option<Self> {
-        let mut points = Vec::with_capacity(8);
-        for (xi, weight) in rule(kind) {
-            let (shape, local) = (kind.shape(xi), kind.shape_gradient(xi));
-            let mut jacobian = Matrix3::zeros();
-            let mut position = Vec3::zeros();
-            for (i, p) in nodes.iter().enumerate() {
-                jacobian += p * local[i].transpose();
-                position += shape[i] * p;
-            }
-            let determinant = jacobian.determinant();
-            if determinant.is_nan() || determinant <= 0. {
-                return None;
-            }
-            let to_global = jacobian.try_inverse()?.transpose();
-            let gradient = local[..nodes.len()].iter().map(|g| to_global * g).collect();
-            points.push(IntegrationPoint { position, volume: determinant * weight, gradient });
-        }
+        let at = |(xi, weight)| IntegrationPoint::new(kind, nodes, xi, weight);
+        let points = rule(kind).into_iter().map(at).collect::<Option<Vec<_>>>()?;
         let plain = Self { n_nodes: nodes.len(), points, mean_gradient: None };
         Some(match kind {
             CellKind::Hex8 | CellKind::Wedge6 => plain.with_mean_dilatation(),
@@ -154,7 +169,7 @@ impl Element {
 
     /// Displacement gradient `H_ij = du_i/dx_j` at integration point `q` for nodal displacements `u` (mm).
     pub fn displacement_gradient(&self, q: usize, u: &[Vec3]) -> Matrix3<f64> {
-        u.iter().zip(&self.points[q].gradient).map(|(u, g)| u * g.transpose()).sum()
+        self.points[q].displacement_gradient(u)
     }
 
     /// Stiffness `sum_q v_q B_bar' C_q B_bar` in N/mm as blocks `(i, j)` at `i * n + j`;

@@ -4,8 +4,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::program::Residuals;
 
-/// Halvings of the share of either side.
-const HALVINGS: usize = 24;
+/// Halvings of the share that one side gives to another.
+const HALVINGS: usize = 16;
+/// Times that one side gives to another.
+const MOST_EXCHANGES: usize = 40;
+/// Difference of the slopes of two sides along a step, as a share of the steepest of them, that is none.
+const EQUAL: f64 = 1e-6;
 
 /// Residuals linearised on one side of a kink.
 #[derive(Clone, Debug)]
@@ -24,12 +28,13 @@ impl Side {
     }
 }
 
-/// The mixture of the model at `here` with those of `others`, near by, that promises least: of the mixtures of any two
-/// the one whose best step, which `best` finds, goes downhill equally on both sides.
+/// The mixture of the model at `here` with those of `others`, near by, that promises least: its best step, which `best`
+/// finds, goes downhill equally on all sides that have a share in it, and at least as steeply on the others.
 ///
-/// A function that falls between two smooth pieces has its optimum at their border, where no gradient is zero but a
-/// convex combination of those of both sides is. Source: Goldstein (1977), Optimization of Lipschitz continuous
-/// functions; Lemarechal (1975), An extension of Davidon methods to nondifferentiable problems.
+/// A function that falls between smooth pieces has its optimum where they meet: there no gradient is zero, but a convex
+/// combination of those of all sides is. Source: Goldstein (1977), Optimization of Lipschitz continuous functions;
+/// Lemarechal (1975), An extension of Davidon methods to nondifferentiable problems. Shares are exchanged by pairs as in
+/// Lacoste-Julien and Jaggi (2015), On the global linear convergence of Frank-Wolfe optimization variants.
 ///
 /// # Errors
 /// Those of `best`.
@@ -39,49 +44,75 @@ pub(super) fn mixed<'a, E>(
     mut best: impl FnMut(&Residuals) -> Result<DVector<f64>, E>,
 ) -> Result<Residuals, E> {
     let x = &here.at;
-    let mut model = here.residuals.clone();
-    for other in others {
-        let other = other.brought_to(x);
-        let slope = gradient(&other, x) - gradient(&model, x);
-        let mut rise = |model: &Residuals| best(model).map(|to| slope.dot(&(to - x)));
-        if rise(&model)? <= 0. {
-            continue;
+    let sides: Vec<Residuals> =
+        std::iter::once(here.residuals.clone()).chain(others.map(|side| side.brought_to(x))).collect();
+    let slopes: Vec<DVector<f64>> = sides.iter().map(|side| side.matrix.tr_mul(&side.at(x))).collect();
+    let mut shares = vec![0.; sides.len()];
+    shares[0] = 1.;
+    for _ in 0..MOST_EXCHANGES {
+        let step = best(&mixture(&sides, &shares))? - x;
+        let along: Vec<f64> = slopes.iter().map(|slope| slope.dot(&step)).collect();
+        let by_slope = |a: &usize, b: &usize| along[*a].total_cmp(&along[*b]);
+        let steepest = (0..sides.len()).filter(|&k| shares[k] > 0.).min_by(by_slope);
+        let flattest = (0..sides.len()).max_by(by_slope);
+        let (Some(from), Some(to)) = (steepest, flattest) else { break };
+        let size = along.iter().fold(0., |most: f64, slope| most.max(slope.abs()));
+        if from == to || along[to] - along[from] <= EQUAL * size {
+            break;
         }
-        if rise(&other)? >= 0. {
-            model = other;
-            continue;
+        let given = |given: f64| {
+            let mut shares = shares.clone();
+            shares[from] -= given;
+            shares[to] += given;
+            shares
+        };
+        let difference = &slopes[to] - &slopes[from];
+        let mut rise = |shares: &[f64]| best(&mixture(&sides, shares)).map(|to| difference.dot(&(to - x)));
+        let (mut low, mut high) = (0., shares[from]);
+        if rise(&given(high))? >= 0. {
+            low = high;
         }
-        let (mut low, mut high) = (0., 1.);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            if rise(&mixture(&model, &other, middle))? > 0. { low = middle } else { high = middle }
+            if middle <= low || middle >= high {
+                break;
+            }
+            if rise(&given(middle))? > 0. { low = middle } else { high = middle }
         }
-        model = mixture(&model, &other, 0.5 * (low + high));
+        shares = given(0.5 * (low + high));
     }
-    Ok(model)
+    Ok(mixture(&sides, &shares))
 }
 
-/// Gradient (n) of `1/2 |r|^2` at `x`.
-fn gradient(residuals: &Residuals, x: &DVector<f64>) -> DVector<f64> {
-    residuals.matrix.tr_mul(&residuals.at(x))
-}
-
-/// `(1 - share) 1/2 |r_a|^2 + share 1/2 |r_b|^2` as the residuals of both.
-fn mixture(a: &Residuals, b: &Residuals, share: f64) -> Residuals {
-    let (of_a, of_b) = ((1. - share).sqrt(), share.sqrt());
-    let (rows, n) = a.matrix.shape();
-    let mut matrix = DMatrix::zeros(rows + b.matrix.nrows(), n);
-    matrix.rows_mut(0, rows).copy_from(&(of_a * &a.matrix));
-    matrix.rows_mut(rows, b.matrix.nrows()).copy_from(&(of_b * &b.matrix));
-    let mut value = DVector::zeros(matrix.nrows());
-    value.rows_mut(0, rows).copy_from(&(of_a * &a.value));
-    value.rows_mut(rows, b.value.len()).copy_from(&(of_b * &b.value));
+/// `sum_k share_k 1/2 |r_k|^2` as the residuals of all sides that have a share.
+fn mixture(sides: &[Residuals], shares: &[f64]) -> Residuals {
+    let mixed: Vec<(&Residuals, f64)> = sides
+        .iter()
+        .zip(shares)
+        .filter(|(_, share)| **share > 0.)
+        .map(|(side, share)| (side, share.sqrt()))
+        .collect();
+    let rows = mixed.iter().map(|(side, _)| side.matrix.nrows()).sum();
+    let mut matrix = DMatrix::zeros(rows, sides[0].matrix.ncols());
+    let mut value = DVector::zeros(rows);
+    let mut first = 0;
+    for (side, weight) in mixed {
+        let rows = side.matrix.nrows();
+        matrix.rows_mut(first, rows).copy_from(&(weight * &side.matrix));
+        value.rows_mut(first, rows).copy_from(&(weight * &side.value));
+        first += rows;
+    }
     Residuals { matrix, value }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Gradient (n) of `1/2 |r|^2` at `x`.
+    fn gradient(residuals: &Residuals, x: &DVector<f64>) -> DVector<f64> {
+        residuals.matrix.tr_mul(&residuals.at(x))
+    }
 
     /// `1/2 (x^2 + (y - 1)^2) + pull x`, as residuals linearised at `x`: two pieces with `pull` of either sign are the
     /// sides of a kink along `x = 0`, whose optimum is (0, 1).
@@ -106,7 +137,30 @@ mod tests {
         let best = within(1e-3, here.at.clone());
         let model = mixed(&here, [side(-0.1, [-1e-6, 1.])].iter(), &best).unwrap();
         assert!(gradient(&here.residuals, &here.at).amax() > 0.2);
-        assert!(gradient(&model, &here.at).amax() < 1e-6, "{}", gradient(&model, &here.at));
+        assert!(gradient(&model, &here.at).amax() < 1e-5, "{}", gradient(&model, &here.at));
+    }
+
+    #[test]
+    fn where_four_pieces_meet_no_slope_is_left_though_no_two_of_them_suffice() {
+        // `1/2 (x^2 + y^2) + 0.3 |x| + 0.2 |y| + 0.05 x`: two kinks that cross at its optimum.
+        let piece = |pulls: [f64; 2], at: [f64; 2]| Side {
+            at: DVector::from_column_slice(&at),
+            residuals: Residuals {
+                matrix: DMatrix::identity(2, 2),
+                value: DVector::from_column_slice(&[pulls[0] + 0.05, pulls[1]]),
+            },
+        };
+        let here = piece([0.3, 0.2], [1e-6, 1e-6]);
+        let others = [
+            piece([-0.3, 0.2], [-1e-6, 1e-6]),
+            piece([0.3, -0.2], [1e-6, -1e-6]),
+            piece([-0.3, -0.2], [-1e-6, -1e-6]),
+        ];
+        let best = within(1e-3, here.at.clone());
+        let model = mixed(&here, others.iter(), &best).unwrap();
+        assert!(gradient(&model, &here.at).amax() < 1e-5, "{}", gradient(&model, &here.at));
+        let two = mixed(&here, others[..1].iter(), &best).unwrap();
+        assert!(gradient(&two, &here.at).amax() > 0.1);
     }
 
     #[test]

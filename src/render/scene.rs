@@ -262,8 +262,8 @@ impl<'f> Scene<'f> {
                 }
                 let [a, b, c] = t.map(|v| points[v]);
                 if fine.turn((b - a).cross(&(c - a))).z < 0. {
-                    // The far side of the skin, seen past its border or through the mouth.
-                    return shade(tints[2], MATT, n, 0.3 * open);
+                    // The far side, as of a mask: of the mucosa within the mouth, of the skin past its border.
+                    return shade(mix(tints[0], tints[2], mucosa.clamp(0., 1.)), MATT, n, 0.5 * open);
                 }
                 let rest = blend(t.map(|v| self.skin.surface.sites[v].position), hit);
                 let red = self.vermilion.share(rest);

@@ -36,7 +36,7 @@ impl FiniteBody {
     ) -> Result<Self, ForwardError> {
         let mut patches = Vec::new();
         let mut next = 0;
-        for (element, nodes) in elements(mesh)? {
+        for (element, nodes, corners) in elements(mesh)? {
             let point = |(q, point): (usize, &IntegrationPoint)| PatchPoint {
                 volume: point.volume,
                 gradients: point.gradients().to_vec(),
@@ -48,6 +48,9 @@ impl FiniteBody {
             } else {
                 patches.extend(points.map(|point| Patch::new(nodes.clone(), vec![point])));
             }
+            let last = patches.pop();
+            patches
+                .extend(last.map(|patch| patch.upright_at(corners.iter().map(IntegrationPoint::gradients))));
             next += element.points().len();
         }
         Ok(Self { patches, n_nodes: mesh.n_nodes(), n_muscles })
@@ -88,7 +91,7 @@ impl FiniteBody {
     /// [`ForwardError::InvertedCell`], [`ForwardError::EmptyMuscle`].
     pub fn of_face(face: &Face) -> Result<Self, ForwardError> {
         let elements = elements(&face.mesh)?;
-        let points = || elements.iter().flat_map(|(element, _)| element.points());
+        let points = || elements.iter().flat_map(|(element, ..)| element.points());
         let positions: Vec<Vec3> = points().map(|p| p.position).collect();
         let volumes: Vec<f64> = points().map(|p| p.volume).collect();
         let at = muscle_at(&positions, &face.muscles);
@@ -118,9 +121,7 @@ impl FiniteBody {
 
     /// Whether no point is inside out with the nodes at `x` (n, mm).
     pub fn is_upright(&self, x: &[Vec3]) -> bool {
-        let is_upright =
-            |patch: &Patch| patch.deformation_gradients(&at_nodes(patch, x)).all(|f| f.determinant() > 0.);
-        self.patches.par_iter().all(is_upright)
+        self.patches.par_iter().all(|patch| patch.is_upright(&at_nodes(patch, x)))
     }
 
     /// `Pi`, N mm, without contact, with the nodes at `x` (n, mm) under the activations `a` (m); `None` where a point
@@ -171,10 +172,21 @@ impl FiniteBody {
     }
 }
 
-/// The element of each dilatation patch, with its nodes.
-fn elements(mesh: &Mesh) -> Result<Vec<(Element, Vec<usize>)>, ForwardError> {
+/// The element of each dilatation patch, with its nodes and the points at its corners.
+fn elements(mesh: &Mesh) -> Result<Vec<(Element, Vec<usize>, Vec<IntegrationPoint>)>, ForwardError> {
     let patches = DilatationPatches::new(mesh);
-    (0..patches.len()).into_par_iter().map(|patch| Element::of_patch(mesh, &patches, patch)).collect()
+    let of = |patch: usize| {
+        let (element, nodes) = Element::of_patch(mesh, &patches, patch)?;
+        let corners = match patches.cells()[patch][..] {
+            [cell] if mesh.cells[cell].kind() != CellKind::Tet4 => IntegrationPoint::at_nodes(
+                mesh.cells[cell].kind(),
+                &mesh.cell_points(cell).collect::<Vec<_>>(),
+            ),
+            _ => Vec::new(),
+        };
+        Ok((element, nodes, corners))
+    };
+    (0..patches.len()).into_par_iter().map(of).collect()
 }
 
 /// A muscle as the tissue's points hold it.

@@ -8,6 +8,7 @@
 mod body;
 mod conjugate_gradients;
 mod contact;
+mod corner;
 mod error;
 mod hessian;
 mod material;

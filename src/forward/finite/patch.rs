@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix3;
 
+use super::corner::Corner;
 use super::material::{PointFibre, PointMaterial};
 use crate::units::Vec3;
 
@@ -33,6 +34,8 @@ pub type PatchForces = (Vec<Vec3>, Vec<(usize, Vec<Vec3>)>);
 pub struct Patch {
     nodes: Vec<usize>,
     points: Vec<PatchPoint>,
+    /// Nodes of its cell, which stay upright.
+    corners: Vec<Corner>,
     volume: f64,
     /// Volume-weighted mean bulk modulus, N/mm².
     bulk: f64,
@@ -72,7 +75,16 @@ impl Patch {
     pub fn new(nodes: Vec<usize>, points: Vec<PatchPoint>) -> Self {
         let volume: f64 = points.iter().map(|p| p.volume).sum();
         let bulk = points.iter().map(|p| p.volume * p.material.bulk).sum::<f64>() / volume;
-        Self { nodes, points, volume, bulk }
+        Self { nodes, points, corners: Vec::new(), volume, bulk }
+    }
+
+    /// The same that also stays upright where the shape functions of its nodes have `gradients` (a list of n, 1/mm), such as
+    /// at the nodes of its cell: [`Corner`].
+    #[must_use]
+    pub(super) fn upright_at<'a>(self, gradients: impl ExactSizeIterator<Item = &'a [Vec3]>) -> Self {
+        let shear = self.points.iter().map(|p| p.volume * p.material.shear).sum::<f64>();
+        let stiffness = shear / gradients.len() as f64;
+        Self { corners: gradients.map(|gradients| Corner::new(stiffness, gradients)).collect(), ..self }
     }
 
     /// Its nodes (0-based).
@@ -99,6 +111,12 @@ impl Patch {
         self.points.iter().map(|p| deformation_gradient(p, x))
     }
 
+    /// Whether no point and no corner is inside out with the nodes at `x` (n, mm).
+    pub fn is_upright(&self, x: &[Vec3]) -> bool {
+        self.deformation_gradients(x).all(|f| f.determinant() > 0.)
+            && self.corners.iter().all(|corner| corner.volume_ratio(x) > 0.)
+    }
+
     /// The energy, N mm, with the nodes at `x` (n, mm) under the activations `a` (m); `None` where a point is inside
     /// out.
     pub fn energy(&self, x: &[Vec3], a: &[f64]) -> Option<f64> {
@@ -115,6 +133,9 @@ impl Patch {
         }
         let dilatation = dilated / self.volume;
         let mut energy = 0.5 * self.volume * self.bulk * dilatation.ln().powi(2);
+        for corner in &self.corners {
+            energy += corner.energy(x)?;
+        }
         for (point, (gradient, volume_ratio)) in self.points.iter().zip(gradients) {
             let invariant = gradient.norm_squared() / volume_ratio.powf(2. / 3.);
             energy += point.volume * point.material.isochoric(invariant)[0];
@@ -135,6 +156,7 @@ impl Patch {
         let (dilatation, mean) = self.dilatation(&deformed);
         let pressure = self.bulk * dilatation.ln() / dilatation;
         let mut passive: Vec<Vec3> = mean.iter().map(|g| self.volume * pressure * g).collect();
+        self.corners.iter().try_for_each(|corner| corner.add_forces(x, &mut passive))?;
         let mut active: Vec<(usize, Vec<Vec3>)> =
             self.muscles().into_iter().map(|m| (m, vec![Vec3::zeros(); mean.len()])).collect();
         for (point, here) in self.points.iter().zip(&deformed) {
@@ -168,6 +190,10 @@ impl Patch {
         let n = self.nodes.len();
         let mut gradient = vec![Vec3::zeros(); n];
         let mut hessian = vec![Matrix3::zeros(); n * n];
+        for corner in &self.corners {
+            corner.add_forces(x, &mut gradient)?;
+            corner.add_hessian(x, &mut hessian);
+        }
         // d Pi/d theta and d^2 Pi/d theta^2 over the patch's volume, and d^2 Pi/d theta dx.
         let log = dilatation.ln();
         let mut pressure = self.bulk * log / dilatation;
