@@ -413,7 +413,7 @@ fn surfaces_stay_apart_whatever_the_path_and_both_sides_smile_alike() {
 
 #[test]
 fn pressed_lips_come_to_a_stable_rest_in_few_factorisations() {
-    // 33 and 57 as it is; 42 and 516 where edges had a tenth of their weight and a load was given up after sixteen steps
+    // 38 and 51 as it is; 42 and 516 where edges had a tenth of their weight and a load was given up after sixteen steps
     // that surfaces cut.
     let face = strong_face();
     let model = FiniteModel::new(&face, Some(FaceContact::new(&face).unwrap())).unwrap();
