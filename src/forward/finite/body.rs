@@ -36,7 +36,7 @@ impl FiniteBody {
     ) -> Result<Self, ForwardError> {
         let mut patches = Vec::new();
         let mut next = 0;
-        for (element, nodes, corners) in elements(mesh)? {
+        for Part { element, nodes, corners } in parts(mesh)? {
             let point = |(q, point): (usize, &IntegrationPoint)| PatchPoint {
                 volume: point.volume,
                 gradients: point.gradients().to_vec(),
@@ -90,8 +90,8 @@ impl FiniteBody {
     /// # Errors
     /// [`ForwardError::InvertedCell`], [`ForwardError::EmptyMuscle`].
     pub fn of_face(face: &Face) -> Result<Self, ForwardError> {
-        let elements = elements(&face.mesh)?;
-        let points = || elements.iter().flat_map(|(element, ..)| element.points());
+        let parts = parts(&face.mesh)?;
+        let points = || parts.iter().flat_map(|part| part.element.points());
         let positions: Vec<Vec3> = points().map(|p| p.position).collect();
         let volumes: Vec<f64> = points().map(|p| p.volume).collect();
         let at = muscle_at(&positions, &face.muscles);
@@ -172,8 +172,17 @@ impl FiniteBody {
     }
 }
 
-/// The element of each dilatation patch, with its nodes and the points at its corners.
-fn elements(mesh: &Mesh) -> Result<Vec<(Element, Vec<usize>, Vec<IntegrationPoint>)>, ForwardError> {
+/// A dilatation patch of a mesh.
+struct Part {
+    element: Element,
+    /// Its nodes (0-based).
+    nodes: Vec<usize>,
+    /// The points at the nodes of its cell, where that can fold between its points of integration.
+    corners: Vec<IntegrationPoint>,
+}
+
+/// The dilatation patches of `mesh`, in order.
+fn parts(mesh: &Mesh) -> Result<Vec<Part>, ForwardError> {
     let patches = DilatationPatches::new(mesh);
     let of = |patch: usize| {
         let (element, nodes) = Element::of_patch(mesh, &patches, patch)?;
@@ -184,7 +193,7 @@ fn elements(mesh: &Mesh) -> Result<Vec<(Element, Vec<usize>, Vec<IntegrationPoin
             ),
             _ => Vec::new(),
         };
-        Ok((element, nodes, corners))
+        Ok(Part { element, nodes, corners })
     };
     (0..patches.len()).into_par_iter().map(of).collect()
 }
