@@ -25,8 +25,9 @@ pub type PatchForces = (Vec<Vec3>, Vec<(usize, Vec<Vec3>)>);
 /// The energy is
 /// `sum_q w_q [c_1 (I_q - 3) + c_2 (I_q - 3)^2 + sum_m a_m (s/2 ln^2 lambda_q + tau |F_q f|)] + V K/2 ln^2 theta`,
 /// with `I = J^-2/3 F:F`, the fibre stretch `lambda = (theta/J)^1/3 |F f|`, the stiffening `s` and the contractile
-/// stress `tau` of the point. It is infinite where `J <= 0`. At small strain it is the B-bar element with law
-/// `reinforced` under the [active stress](super::super::active_stress_forces) `tau`.
+/// stress `tau` of the point. It is infinite where `J <= 0`. The nodes of a cell that could fold between its points add an
+/// energy of their own below 0.4 of the volume, infinite where one of them is inside out. At small strain it is the B-bar
+/// element with law `reinforced` under the [active stress](super::super::active_stress_forces) `tau`.
 ///
 /// A hexahedron, a wedge and some six linear tetrahedra are one patch, so that nearly incompressible tissue does not
 /// lock; of a quadratic tetrahedron every point is one.
