@@ -257,6 +257,27 @@ fn a_cell_folded_at_a_corner_has_no_energy_and_pushes_back_before() {
 }
 
 #[test]
+fn the_corners_of_a_cell_of_any_kind_share_its_volume() {
+    // All of it squeezed to a fifth of its volume: every corner is.
+    let s: f64 = 0.2 / 0.4;
+    let squeezed = 0.2f64.cbrt();
+    for (kind, cells) in
+        [(CellKind::Hex8, 1.), (CellKind::Wedge6, 1.), (CellKind::Tet10, 1.), (CellKind::Tet4, 0.)]
+    {
+        let mesh = grid(kind, [1, 1, 1], |p| Vec3::new(2. * p.x + 0.2 * p.y, 1.5 * p.y, p.z + 0.1 * p.x));
+        let body = FiniteBody::new(&mesh, 0, |_| tissue(None)).unwrap();
+        let x: Vec<Vec3> = mesh.points.iter().map(|p| squeezed * p).collect();
+        let of_points = |patch: &Patch| {
+            let x: Vec<Vec3> = patch.nodes().iter().map(|&node| x[node]).collect();
+            Patch::new(patch.nodes().to_vec(), patch.points().to_vec()).energy(&x, &[]).unwrap()
+        };
+        let own = body.energy(&x, &[]).unwrap() - body.patches().iter().map(of_points).sum::<f64>();
+        let expected = -cells * 3. * 0.005 * (s - 1.).powi(2) * s.ln();
+        assert!((own - expected).abs() < 1e-10, "{kind:?}: {own} {expected}");
+    }
+}
+
+#[test]
 fn cooks_membrane_bends_as_published() {
     // Nearly incompressible, plane strain, dead shear of 100 N a millimetre of thickness: 6.9083 at 128 x 128 (Elguedj,
     // Bazilevs, Calo and Hughes 2008, 10.1016/j.cma.2008.01.012); F-bar cells 15 to 20 a side: 6.824 to 6.859.

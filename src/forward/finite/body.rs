@@ -42,16 +42,19 @@ impl FiniteBody {
                 gradients: point.gradients().to_vec(),
                 material: material(next + q),
             };
-            let points = element.points().iter().enumerate().map(point);
-            if element.shares_dilatation() {
-                patches.push(Patch::new(nodes, points.collect()));
-            } else {
-                patches.extend(points.map(|point| Patch::new(nodes.clone(), vec![point])));
+            let points: Vec<PatchPoint> = element.points().iter().enumerate().map(point).collect();
+            next += points.len();
+            let stiffness = points.iter().map(|p| p.volume * p.material.shear).sum();
+            let mut own: Vec<Patch> = match element.shares_dilatation() {
+                true => vec![Patch::new(nodes, points)],
+                false => points.into_iter().map(|point| Patch::new(nodes.clone(), vec![point])).collect(),
+            };
+            if let Some(last) = own.last_mut() {
+                // Of the whole cell, though each point of a quadratic tetrahedron is a patch.
+                let gradients: Vec<&[Vec3]> = corners.iter().map(IntegrationPoint::gradients).collect();
+                last.keep_upright(&gradients, stiffness);
             }
-            let last = patches.pop();
-            patches
-                .extend(last.map(|patch| patch.upright_at(corners.iter().map(IntegrationPoint::gradients))));
-            next += element.points().len();
+            patches.append(&mut own);
         }
         Ok(Self { patches, n_nodes: mesh.n_nodes(), n_muscles })
     }

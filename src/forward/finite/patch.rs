@@ -79,13 +79,11 @@ impl Patch {
         Self { nodes, points, corners: Vec::new(), volume, bulk }
     }
 
-    /// The same that also stays upright where the shape functions of its nodes have `gradients` (a list of n, 1/mm), such as
-    /// at the nodes of its cell: [`Corner`].
-    #[must_use]
-    pub(super) fn upright_at<'a>(self, gradients: impl ExactSizeIterator<Item = &'a [Vec3]>) -> Self {
-        let shear = self.points.iter().map(|p| p.volume * p.material.shear).sum::<f64>();
-        let stiffness = shear / gradients.len() as f64;
-        Self { corners: gradients.map(|gradients| Corner::new(stiffness, gradients)).collect(), ..self }
+    /// Keeps it upright also where the shape functions of its nodes have `gradients` (a list of n, 1/mm), such as at the
+    /// nodes of its cell, of which `stiffness` is volume times shear modulus, N mm.
+    pub(super) fn keep_upright(&mut self, gradients: &[&[Vec3]], stiffness: f64) {
+        let share = stiffness / gradients.len() as f64;
+        self.corners = gradients.iter().map(|gradients| Corner::new(share, gradients)).collect();
     }
 
     /// Its nodes (0-based).
