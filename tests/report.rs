@@ -231,7 +231,7 @@ fn lift_mm(frame: usize) -> f64 {
 }
 
 /// Such a recording of the landmarks of `face` fitted in `folder`; in frame 7 the right corner is not seen.
-fn track(face: &Face, folder: &TempDir) -> String {
+fn track(face: &Face, folder: &TempDir, more: &[&str]) -> String {
     let mut text = String::from("time_s,marker,x_mm,y_mm,z_mm\n");
     for frame in 0..TRACKED {
         for landmark in &face.landmarks {
@@ -247,7 +247,7 @@ fn track(face: &Face, folder: &TempDir) -> String {
     fs::write(&recording, text).expect("written");
     let out = folder.path().join("track").display().to_string();
     let (code, stderr) =
-        run(modiolus().args(["track", &recording, "--face", "standard_coarse", "--out", &out]));
+        run(modiolus().args(["track", &recording, "--face", "standard_coarse", "--out", &out]).args(more));
     assert_eq!(code, 0, "{stderr}");
     out
 }
@@ -257,7 +257,7 @@ fn track(face: &Face, folder: &TempDir) -> String {
 fn a_track_is_played_as_it_was_fitted() {
     let face = standard(&Resolution::COARSE);
     let folder = tempfile::tempdir().expect("a folder");
-    let out = track(&face, &folder);
+    let out = track(&face, &folder, &[]);
     let files = read_track(out.as_ref()).expect("a track");
     let motion = tracked_motion(&face, &files, 3).expect("it moves");
     assert_eq!(motion.states.len(), TRACKED.div_ceil(3));
@@ -309,6 +309,26 @@ fn a_track_is_played_as_it_was_fitted() {
     let table = folder.path().join("track/residuals.csv");
     fs::write(&table, "frame,marker\n").expect("written");
     assert!(matches!(read_track(out.as_ref()), Err(TrackFileError::Foreign(path)) if path == table));
+}
+
+/// Where the stiffness follows, each frame is shown as the face settles under its own activations.
+#[test]
+fn a_track_is_played_at_the_stiffness_of_its_frames() {
+    let face = standard(&Resolution::COARSE);
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = track(&face, &folder, &["--stiffness", "follow", "--contact", "off"]);
+    let files = read_track(out.as_ref()).expect("a track");
+    let motion = tracked_motion(&face, &files, 10).expect("it moves");
+    let mover = Mover::new(&face, LINEAR).expect("a face that moves");
+    let mut moved = 0_f64;
+    for state in &motion.states {
+        let settled = mover.settle(&state.activation, &state.pose).expect("at rest").displacement;
+        let shown = state.displacement.as_ref().expect("a field");
+        let apart = shown.iter().zip(&settled).map(|(a, b)| (a - b).abs()).fold(0., f64::max);
+        assert!(apart < 1e-9, "{}: {apart:e}", state.label);
+        moved = moved.max(largest(shown));
+    }
+    assert!(moved > 2., "the face follows: {moved} mm");
 }
 
 #[test]

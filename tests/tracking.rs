@@ -17,7 +17,9 @@ use modiolus::mesh::Site;
 use modiolus::recording::{
     FrameStatus, MarkerMap, Neutral, OffSkin, Recording, Subject, SubjectError, SubjectWarning, TrackedFrame,
 };
-use modiolus::study::{FrameIntervals, HeldStiffness, Mechanics, Mover, Stiffness, Strain, Track};
+use modiolus::study::{
+    FrameIntervals, HeldStiffness, Mechanics, Mover, Stiffness, Strain, Track, TrackedFace, TrackedMoment,
+};
 use modiolus::units::Vec3;
 use nalgebra::Rotation3;
 
@@ -398,8 +400,15 @@ fn a_stiffness_that_follows_describes_the_face_that_stiffens() {
         let field = track.displacements(&frames, &[strongest]).expect("solved").remove(0);
         let pose = track.mechanism().pose(&face, x);
         let anew = mover.settle(&x[..face.muscles.len()], &pose).expect("at rest").displacement;
-        let apart = field.iter().zip(&anew).map(|(a, b)| (a - b).abs()).fold(0., f64::max);
-        (checked.frames[0], apart)
+        let apart = |field: &[f64]| field.iter().zip(&anew).map(|(a, b)| (a - b).abs()).fold(0., f64::max);
+        // As a page shows it, which knows the activations and the jaw alone.
+        let m = face.muscles.len();
+        let held = (stiffness != HeldStiffness::Follow).then_some(&track.held[..]);
+        let shown = TrackedFace::new(&face, held, false).expect("a face that moves");
+        let jaw_mm = track.mechanism().jaw_mm(x).expect("a jaw");
+        let shown = shown.at(&[TrackedMoment { activation: &x[..m], jaw_mm }]).expect("solved").remove(0).0;
+        assert!((apart(&shown) - apart(&field)).abs() < 1e-9, "{:e} {:e}", apart(&shown), apart(&field));
+        (checked.frames[0], apart(&field))
     });
     assert!(follows.0.rms_mm < 0.05, "{:?}", follows.0);
     assert!(follows.0.rms_mm < 0.3 * held.0.rms_mm, "{:?} {:?}", follows.0, held.0);
