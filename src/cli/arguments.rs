@@ -293,7 +293,7 @@ pub(crate) struct SymmetryOptions {
     /// Exit code 1 when a landmark differs by more than this from the mirror image of the other side, mm.
     #[arg(long, value_name = "MM", value_parser = parse_asymmetry)]
     pub(crate) max_asymmetry_mm: Option<f64>,
-    /// Folder for symmetry.json and symmetry.vtu, the map over the skin; nothing is written without it.
+    /// Folder for symmetry.json, and the map over the skin as symmetry.vtu and symmetry.png; nothing is written without it.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Print symmetry.json instead of the table.

@@ -6,6 +6,7 @@ use std::path::Path;
 use modiolus::certainty::percent;
 use modiolus::face::{Face, Symmetry};
 use modiolus::io::{CertaintyJson, FileSet, PairJson, SideJson, SymmetryJson, VtuData, given_side, vtu_text};
+use modiolus::render::{Drawing, Scene, Show, three_views};
 
 use super::Outcome;
 use super::arguments::SymmetryOptions;
@@ -16,7 +17,7 @@ use super::progress::{Progress, say};
 use super::render;
 
 /// The files that are written.
-const FILES: [&str; 2] = ["symmetry.json", "symmetry.vtu"];
+const FILES: [&str; 3] = ["symmetry.json", "symmetry.vtu", "symmetry.png"];
 /// Difference of the sides that is told, per cent.
 const TOLD: f64 = 0.005;
 
@@ -34,7 +35,9 @@ pub(crate) fn run(options: &SymmetryOptions) -> Result<Outcome, CliError> {
     let json = SymmetryJson::new(heading, &symmetry, sides, options.max_asymmetry_mm);
     let text = serde_json::to_string_pretty(&json)? + "\n";
     if let Some(out) = &options.out {
-        write(out, &loaded.face, &displacement, &symmetry, &text)?;
+        let picture =
+            progress.step("draw", || picture(&loaded.face, &displacement, &symmetry, &json.result))?;
+        write(out, &loaded.face, &displacement, &symmetry, [text.clone().into_bytes(), picture])?;
     }
     let solved = solved && json.within != Some(false);
     let text = if options.json { text } else { table(&json, options.max_asymmetry_mm) };
@@ -86,7 +89,7 @@ fn write(
     face: &Face,
     displacement: &[f64],
     symmetry: &Symmetry,
-    json: &str,
+    [json, picture]: [Vec<u8>; 2],
 ) -> Result<(), CliError> {
     let data = VtuData {
         point_vectors: [("displacement".to_owned(), displacement.to_vec())].into(),
@@ -95,12 +98,31 @@ fn write(
         cell_labels: BTreeMap::new(),
     };
     let mut set = FileSet::new(out);
-    let [json_name, vtu_name] = FILES;
+    let [json_name, vtu_name, picture_name] = FILES;
     set.put(vtu_name, vtu_text(vtu_name.as_ref(), &face.mesh, &data)?.into_bytes());
-    set.put(json_name, json.as_bytes().to_vec());
+    set.put(json_name, json);
+    set.put(picture_name, picture);
     set.write()?;
-    say(&format!("wrote {json_name} and {vtu_name} to {}", out.display()));
+    say(&format!("wrote {json_name}, {vtu_name} and {picture_name} to {}", out.display()));
     Ok(())
+}
+
+/// The moved face, coloured by how far each point of the skin is from the mirror image of the other side, as PNG.
+fn picture(
+    face: &Face,
+    displacement: &[f64],
+    symmetry: &Symmetry,
+    heading: &str,
+) -> Result<Vec<u8>, CliError> {
+    let title = [heading.to_owned(), "from the mirror image of the other side".to_owned()];
+    let drawing = Drawing {
+        show: Show { displacement: true, ..Show::FACE },
+        displacement: Some(displacement),
+        length_mm: Some(&symmetry.map_mm),
+        title: &title,
+        ..Drawing::default()
+    };
+    Ok(three_views(&Scene::new(face), &drawing)?.to_png()?)
 }
 
 fn table(json: &SymmetryJson, most_mm: Option<f64>) -> String {

@@ -34,6 +34,11 @@ impl Site {
         Self { position, weights }
     }
 
+    /// What the `values` of the nodes (n) are there.
+    pub fn value(&self, values: &[f64]) -> f64 {
+        self.weights.iter().map(|&(node, weight)| weight * values[node]).sum()
+    }
+
     /// Displacement at the site, mm, from the full field `u` (3n, node-major xyz).
     pub fn displacement(&self, u: &[f64]) -> Vec3 {
         self.weights

@@ -50,7 +50,10 @@ pub struct Drawing<'a> {
     pub activation: Option<&'a [f64]>,
     /// Only muscles whose name without side is among these are drawn; empty is all.
     pub only: &'a [String],
-    /// Largest displacement of the colour map, mm; `None` is that of this drawing.
+    /// A length of each node (n), mm, that the colour map shows in place of how far the skin moves; where it is NaN the skin has
+    /// its own colour.
+    pub length_mm: Option<&'a [f64]>,
+    /// Largest length of the colour map, mm; `None` is that of this drawing.
     pub largest_mm: Option<f64>,
     /// Pixels to the millimetre; `None` is as large as the picture allows.
     pub pixels_per_mm: Option<f64>,
@@ -76,6 +79,7 @@ impl Default for Drawing<'_> {
             pose: Pose::rest(),
             activation: None,
             only: &[],
+            length_mm: None,
             largest_mm: None,
             pixels_per_mm: None,
             focus: &[],
@@ -183,8 +187,8 @@ impl<'f> Scene<'f> {
     /// Draws the picture; the same whatever the number of threads.
     ///
     /// # Errors
-    /// [`RenderError::Size`], and [`RenderError::Length`] or [`RenderError::NotFinite`] for a displacement or
-    /// activation that is not this face's.
+    /// [`RenderError::Size`], and [`RenderError::Length`] or [`RenderError::NotFinite`] for a displacement,
+    /// activation or length that is not this face's.
     pub fn draw(&self, drawing: &Drawing<'_>) -> Result<Image, RenderError> {
         self.check(drawing)?;
         let show = drawing.show;
@@ -226,9 +230,13 @@ impl<'f> Scene<'f> {
         let moved = self.skin.displacement(drawing.displacement);
         let points: Vec<Vec3> =
             self.skin.surface.sites.iter().zip(&moved).map(|(s, u)| s.position + u).collect();
+        let lengths: Vec<f64> = match drawing.length_mm {
+            Some(length) => self.skin.surface.sites.iter().map(|site| site.value(length)).collect(),
+            None => moved.iter().map(Vec3::norm).collect(),
+        };
         let largest = drawing
             .largest_mm
-            .unwrap_or_else(|| legend::round_up(moved.iter().map(Vec3::norm).fold(0., f64::max)));
+            .unwrap_or_else(|| legend::round_up(lengths.iter().copied().fold(0., f64::max)));
         let corners = |points: &[Vec3]| -> Vec<[Vec3; 3]> {
             self.skin.triangles.iter().map(|t| t.map(|v| points[v])).collect()
         };
@@ -256,8 +264,11 @@ impl<'f> Scene<'f> {
             let paint = |hit: &Hit, n: Vec3, open: f32| -> Rgb {
                 let t = self.skin.triangles[hit.triangle as usize];
                 let mucosa: f32 = (0..3).map(|k| hit.weights[k] * self.skin.mucosa[t[k]]).sum();
-                if show.displacement {
-                    let far = blend(t.map(|v| moved[v]), hit).norm();
+                let far = match drawing.length_mm {
+                    Some(_) => (0..3).map(|k| f64::from(hit.weights[k]) * lengths[t[k]]).sum(),
+                    None => blend(t.map(|v| moved[v]), hit).norm(),
+                };
+                if show.displacement && !far.is_nan() {
                     return shade(map.at(far / largest.max(1e-9)), MATT, n, open);
                 }
                 let [a, b, c] = t.map(|v| points[v]);
@@ -343,6 +354,12 @@ impl<'f> Scene<'f> {
             return Err(RenderError::Size { width, height, least: MIN_SIDE, most: MAX_SIDE });
         }
         let (n, m) = (3 * self.face.mesh.n_nodes(), self.face.muscles.len());
+        if let Some(length) = drawing.length_mm
+            && 3 * length.len() != n
+        {
+            let (what, found, expected) = ("length", length.len(), n / 3);
+            return Err(RenderError::Length { what, found, expected });
+        }
         for (what, values, expected) in
             [("displacement", drawing.displacement, n), ("activation", drawing.activation, m)]
         {
