@@ -3,6 +3,7 @@
 
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::print_stdout))]
 
+pub mod calibration;
 pub mod certainty;
 pub mod contact;
 pub mod face;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Chapters and what each may import; `cli` is the program, the others are the library.
-const ARROWS: [(&str, &[&str]); 15] = [
+const ARROWS: [(&str, &[&str]); 16] = [
     (
         "cli",
         &[
@@ -14,6 +14,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
             "study",
             "registration",
             "recording",
+            "calibration",
             "certainty",
             "inverse",
             "forward",
@@ -47,6 +48,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
             "study",
             "registration",
             "recording",
+            "calibration",
             "certainty",
             "inverse",
             "forward",
@@ -62,6 +64,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
         &[
             "registration",
             "recording",
+            "calibration",
             "certainty",
             "inverse",
             "forward",
@@ -74,6 +77,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
     ),
     ("registration", &["forward", "face", "contact", "mesh", "units"]),
     ("recording", &["certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
+    ("calibration", &["certainty", "inverse", "forward", "face", "mesh", "units"]),
     ("certainty", &["inverse", "face", "qp", "units"]),
     ("inverse", &["forward", "face", "contact", "mesh", "qp", "units"]),
     ("forward", &["face", "contact", "mesh", "qp", "units"]),

@@ -6,17 +6,22 @@ mod common;
 use std::path::{Path, PathBuf};
 
 use common::Random;
+use common::block_face::pulled_block;
 use common::faces::{Body, observations, target};
+use modiolus::calibration::{
+    Calibration, CalibrationError, Expression, Knowledge, LogNormal, Parameters, Sensitivity, StatedPrior,
+};
 use modiolus::certainty::{Certainty, Determination, Discrepancy, SeenPoints};
 use modiolus::face::standard::Resolution;
 use modiolus::face::{Face, Symmetry, standard};
-use modiolus::forward::{Model, Response};
+use modiolus::forward::{Model, Response, ScaledModel};
 use modiolus::inverse::{
     ActivationBounds, Bound, ContactMode, EffortMeasure, Goal, LimitKind, Loss, Marker, MuscleCost,
     Observations, Place, Prior, Problem, Solution, Status, Target, Warning,
 };
 use modiolus::io::read_face;
-use modiolus::mesh::{Locator, Site};
+use modiolus::mesh::{CellKind, Locator, Site};
+use modiolus::study::calibrate;
 use modiolus::units::Vec3;
 use nalgebra::{DMatrix, DVector};
 
@@ -591,4 +596,246 @@ fn a_mirrored_movement_is_symmetric_and_a_turned_one_is_not() {
     assert!(
         (corner.direction_deg()[0].unwrap() - 53.130_102).abs() < 1e-5 && corner.direction_deg()[1].is_none()
     );
+}
+
+/// What the landmarks of `face` do under `known` activations (muscle, activation, standard deviation), without contact.
+fn known_expression(face: &Face, name: &str, known: &[(&str, f64, f64)], sigma_mm: f64) -> Target {
+    let mut a = vec![0.; face.muscles.len()];
+    known.iter().for_each(|(muscle, value, _)| a[face.muscle_index(muscle).unwrap()] = *value);
+    let model = Model::new(face, Vec::new()).unwrap();
+    let u = model.at(&a).unwrap().displacement(&a, &[]);
+    let marker = |landmark: &modiolus::face::Landmark| Marker {
+        name: landmark.name.clone(),
+        at: Place::Landmark(landmark.name.clone()),
+        goal: Goal::Displacement(<[f64; 3]>::from(landmark.site.displacement(&u)).map(Some)),
+        sigma_mm,
+    };
+    let prior = |(muscle, activation, sigma): &(&str, f64, f64)| Prior {
+        muscle: (*muscle).into(),
+        activation: *activation,
+        sigma: *sigma,
+    };
+    Target {
+        name: name.into(),
+        markers: face.landmarks.iter().map(marker).collect(),
+        priors: known.iter().map(prior).collect(),
+        ..Target::default()
+    }
+}
+
+fn expression(face: &Face, target: &Target) -> Expression {
+    let muscles: Vec<String> = face.muscles.iter().map(|m| m.name.clone()).collect();
+    let observations = Observations::resolve(target, face, |_| Err(f64::INFINITY)).unwrap();
+    Expression::new(target, &observations, &muscles).unwrap()
+}
+
+/// A prior that holds `name` at `median`.
+fn held(name: &str, median: f64) -> StatedPrior {
+    StatedPrior { name: name.into(), prior: LogNormal { median, spread: 0. } }
+}
+
+#[test]
+fn sensitivities_are_those_of_central_differences() {
+    let face = pulled_block(CellKind::Hex8, [4, 4, 2]);
+    let (model, parameters) = (ScaledModel::new(&face).unwrap(), Parameters::of(&face, &[]).unwrap());
+    let at = |left: f64, right: f64, theta: &[f64]| {
+        let known = [("zygomaticus_l", left, 0.1), ("zygomaticus_r", right, 0.05)];
+        let mut target = known_expression(&face, "pull", &known, 0.5);
+        target.markers.iter_mut().for_each(|m| m.goal = Goal::Displacement([Some(0.1), None, Some(0.2)]));
+        Sensitivity::of(&model, &parameters, &expression(&face, &target), theta).unwrap()
+    };
+    let theta = [0.3, -0.2, 0.4, 0.1];
+    assert_eq!(parameters.list().len(), theta.len());
+    let (a, h) = ([0.6, 0.3], 1e-5);
+    let found = at(a[0], a[1], &theta);
+    let slope = |ahead: Sensitivity, behind: Sensitivity| (ahead.residual - behind.residual) / (2. * h);
+    for k in 0..theta.len() {
+        let moved = |step: f64| {
+            let mut theta = theta;
+            theta[k] += step;
+            at(a[0], a[1], &theta)
+        };
+        let expected = slope(moved(h), moved(-h));
+        let off = (found.by_parameter.column(k) - &expected).amax();
+        assert!(off < 1e-8 * expected.amax(), "parameter {k}: {off} of {}", expected.amax());
+    }
+    for (k, sigma) in [0.1, 0.05].into_iter().enumerate() {
+        let moved = |step: f64| at(a[0] + step * f64::from(k == 0), a[1] + step * f64::from(k == 1), &theta);
+        let expected = slope(moved(h), moved(-h)) * sigma;
+        let off = (found.by_activation.column(k) - &expected).amax();
+        assert!(off < 1e-8 * expected.amax(), "activation {k}: {off} of {}", expected.amax());
+    }
+    // With every parameter at 1 it is the model of the face.
+    let rest = at(a[0], a[1], &[0.; 4]).displacement;
+    let own = Model::new(&face, Vec::new()).unwrap();
+    let direct = own.at(&a).unwrap().displacement(&a, &[]);
+    let largest = direct.iter().fold(0f64, |most, u| most.max(u.abs()));
+    assert!(rest.iter().zip(&direct).all(|(x, y)| (x - y).abs() < 1e-12 * largest));
+}
+
+/// All moduli and the stress times 1.7 displace nothing, the data have no information along it, and so it is told; nor do they
+/// tell the stress of all muscles from the strengths of all that act.
+#[test]
+fn stiffness_and_stress_together_are_not_determined() {
+    let mut face = pulled_block(CellKind::Hex8, [4, 4, 2]);
+    let mut idle =
+        common::block_face::pair("risorius", 3., 2., [[8., -6., -8.], [6., -2., -4.], [3., 4., -1.]]);
+    face.muscles.append(&mut idle);
+    let known = [("zygomaticus_l", 0.6, 1e-4), ("zygomaticus_r", 0.3, 1e-4)];
+    let target = known_expression(&face, "pull", &known, 0.01);
+    let expressions = [expression(&face, &target)];
+    let (model, parameters) = (ScaledModel::new(&face).unwrap(), Parameters::of(&face, &[]).unwrap());
+    let at = |theta: &[f64]| Sensitivity::of(&model, &parameters, &expressions[0], theta).unwrap();
+    let (c, theta) = (1.7f64.ln(), [0.3, -0.2, 0.4, 0.1, 0.]);
+    let scaled: Vec<f64> = theta.iter().enumerate().map(|(k, t)| t + if k < 3 { c } else { 0. }).collect();
+    let (one, other) = (at(&theta), at(&scaled));
+    let largest = one.displacement.iter().fold(0f64, |most, u| most.max(u.abs()));
+    let apart =
+        one.displacement.iter().zip(&other.displacement).map(|(x, y)| (x - y).abs()).fold(0., f64::max);
+    assert!(apart < 1e-10 * largest, "{apart} of {largest}");
+
+    let found = Calibration::of(&model, &parameters, &expressions, Discrepancy::NONE).unwrap();
+    assert!(found.converged);
+    let open: Vec<_> = found.combinations.iter().filter(|c| c.spread.is_none()).collect();
+    assert_eq!(open.len(), 2, "{:?}", found.combinations);
+    // tissue, muscle, stress, zygomaticus, risorius: of the two directions, and whatever basis was told of them.
+    for flat in [[1., 1., 1., 0., 0.], [0., 0., 1., -1., 0.]] {
+        let flat = DVector::from_column_slice(&flat);
+        let basis: Vec<DVector<f64>> = open.iter().map(|c| DVector::from_column_slice(&c.weights)).collect();
+        let basis = DMatrix::from_columns(&basis).qr().q();
+        assert!((&flat - &basis * basis.tr_mul(&flat)).amax() < 1e-6, "{open:?}");
+        let seen = at(&found.theta).by_parameter;
+        assert!((&seen * &flat).amax() < 1e-10 * seen.amax());
+    }
+    // What was never active keeps its prior, and that is told.
+    let [.., stress, zygomaticus, risorius] = &found.parameters[..] else { panic!() };
+    assert_eq!((risorius.knowledge, risorius.factor, risorius.spread), (Knowledge::Unseen, 1., 0.4));
+    assert!(stress.trades.iter().any(|(with, r)| with == "tissue_modulus" && *r > 0.5), "{stress:?}");
+    assert!(zygomaticus.spread < zygomaticus.parameter.prior.spread);
+    // The priors share out what the data leave: of stress and strength alone, by their variances.
+    let (stress, strength) = (stress.spread, zygomaticus.spread);
+    assert!(strength < stress, "{strength} {stress}");
+}
+
+/// Without stiffening and with all else held `u = s a u_1`: the strength is the ratio of displacements, and its spread that of
+/// the noise and of the activation.
+#[test]
+fn one_strength_is_a_ratio_of_displacements() {
+    let mut face = pulled_block(CellKind::Hex8, [4, 4, 2]);
+    face.muscle_tissue.active_kpa = face.muscle_tissue.rest_kpa;
+    let strong = face.clone().with_strength(1.7);
+    let (a, sigma_a, sigma_mm) = (0.5, 0.04, 0.001);
+    let target = known_expression(&strong, "pull", &[("zygomaticus_l", a, sigma_a)], sigma_mm);
+    let squares: f64 = target.markers.iter().flat_map(|m| m.goal.observed()).map(|u| u * u).sum();
+    let held = ["tissue_modulus", "muscle_modulus", "muscle_stress"].map(|name| held(name, 1.));
+    let parameters = Parameters::of(&face, &held).unwrap();
+    let expressions = [expression(&face, &target)];
+    let model = ScaledModel::new(&face).unwrap();
+    let found = Calibration::of(&model, &parameters, &expressions, Discrepancy::NONE).unwrap();
+    let [.., strength] = &found.parameters[..] else { panic!() };
+    // The observation |u| of ln s at s: slope |u_s|, noise sigma^2 + (|u_s| sigma_a / a)^2.
+    let of = |s: f64| {
+        let slope = squares.sqrt() * s / 1.7;
+        slope * slope / (sigma_mm * sigma_mm + (slope * sigma_a / a).powi(2))
+    };
+    // The root of the slope of the objective at held covariance.
+    let s = strength.factor;
+    let pull = of(s) * (1.7 / s - 1.) - s.ln() / 0.16;
+    assert!(pull.abs() < 1e-3 * of(s) && (s / 1.7).ln().abs() < 2. * strength.spread, "{pull} {s}");
+    let expected = 1. / (of(s) + 1. / 0.16).sqrt();
+    assert!((strength.spread - expected).abs() < 1e-9 * expected, "{} {expected}", strength.spread);
+    let trade = &strength.trades[0];
+    assert!(trade.0 == "activation of zygomaticus in pull" && trade.1 < -0.9, "{trade:?}");
+    assert!(found.parameters[..3].iter().all(|p| p.knowledge == Knowledge::Held && p.factor == 1.));
+}
+
+/// Stress, strengths and stiffness put into the standard face come back on the coarse one as well as one mesh knows another.
+#[test]
+fn parameters_of_one_mesh_are_found_on_another() {
+    let mut truth = standard(&Resolution::STANDARD).with_strength(1.5);
+    truth.tissue.young_kpa *= 1.25;
+    for (muscle, factor) in [("zygomaticus_major", 1.3), ("depressor_anguli_oris", 0.75)] {
+        let of = truth.muscles.iter_mut().filter(|m| m.name.starts_with(muscle));
+        of.for_each(|m| m.max_force_n *= factor);
+    }
+    let sets: [(&str, &[&str]); 4] = [
+        ("smile", &["zygomaticus_major", "levator_labii_superioris"]),
+        ("down", &["depressor_anguli_oris"]),
+        ("grin", &["zygomaticus_major", "risorius"]),
+        ("sneer", &["levator_labii_superioris"]),
+    ];
+    let coarse = standard(&Resolution::COARSE);
+    let targets: Vec<Target> = sets
+        .iter()
+        .map(|(name, muscles)| {
+            let both: Vec<String> =
+                muscles.iter().flat_map(|m| ["l", "r"].map(|side| format!("{m}_{side}"))).collect();
+            let known: Vec<_> = both.iter().map(|m| (m.as_str(), 0.3, 0.005)).collect();
+            known_expression(&truth, name, &known, 0.05)
+        })
+        .collect();
+    let observations: Vec<Observations> =
+        targets.iter().map(|t| Observations::resolve(t, &coarse, |_| Err(f64::INFINITY)).unwrap()).collect();
+    let both: Vec<_> = targets.iter().zip(&observations).collect();
+    let priors = [held("muscle_modulus", 1.)];
+    let found = calibrate(&coarse, &both, &priors, Discrepancy::MESH).unwrap();
+    let factor = |name: &str| found.calibration.parameters.iter().find(|p| p.parameter.name == name).unwrap();
+    // Where 5 per cent is what one mesh is off another in the strength of a muscle.
+    for (muscle, expected) in [
+        ("zygomaticus_major", 1.5 * 1.3),
+        ("levator_labii_superioris", 1.5),
+        ("risorius", 1.5),
+        ("depressor_anguli_oris", 1.5 * 0.75),
+    ] {
+        let product = factor("muscle_stress").factor * factor(muscle).factor;
+        assert!((product / expected - 1.).abs() < 0.06, "{muscle} {product} {expected}");
+        assert_eq!(factor(muscle).knowledge, Knowledge::Data);
+    }
+    let tissue = factor("tissue_modulus");
+    assert!((tissue.factor / 1.25 - 1.).abs() < 0.05, "{tissue:?}");
+    assert!((tissue.factor / 1.25).ln().abs() < 2. * tissue.spread);
+    assert_eq!(factor("mentalis").knowledge, Knowledge::Unseen);
+    let [best, .., open] = &found.calibration.combinations[..] else { panic!() };
+    assert!(best.spread.unwrap() < 0.02 && open.spread.is_none(), "{best:?} {open:?}");
+    // The face that is handed back moves as the other one did.
+    let rms = |e: &modiolus::calibration::Explained| e.rms_after / e.rms_before;
+    assert!(
+        found.calibration.expressions.iter().all(|e| rms(e) < 0.4),
+        "{:?}",
+        found.calibration.noise_factor
+    );
+    let zygomaticus = found.face.muscle_index("zygomaticus_major_l").unwrap();
+    let stronger = found.face.muscles[zygomaticus].max_force_n / coarse.muscles[zygomaticus].max_force_n;
+    let expected = factor("muscle_stress").factor * factor("zygomaticus_major").factor;
+    assert!((stronger / expected - 1.).abs() < 1e-12);
+    assert!((found.face.tissue.young_kpa - 15. * tissue.factor).abs() < 1e-9);
+}
+
+#[test]
+fn an_expression_that_says_nothing_of_its_activations_is_refused() {
+    let face = pulled_block(CellKind::Hex8, [4, 4, 2]);
+    let muscles: Vec<String> = face.muscles.iter().map(|m| m.name.clone()).collect();
+    let known = known_expression(&face, "pull", &[("zygomaticus_l", 0.5, 0.1)], 0.5);
+    let refused = |change: &dyn Fn(&mut Target)| {
+        let mut target = known.clone();
+        change(&mut target);
+        let observations = Observations::resolve(&target, &face, |_| Err(f64::INFINITY)).unwrap();
+        Expression::new(&target, &observations, &muscles).unwrap_err()
+    };
+    let expression = || "pull".to_owned();
+    assert_eq!(refused(&|t| t.priors.clear()), CalibrationError::NoActivation { expression: expression() });
+    assert_eq!(
+        refused(&|t| t.priors[0].activation = 0.),
+        CalibrationError::NoActivation { expression: expression() }
+    );
+    assert_eq!(refused(&|t| t.markers.clear()), CalibrationError::NoObservation { expression: expression() });
+    let blank = |t: &mut Target| t.markers.iter_mut().for_each(|m| m.goal = Goal::Displacement([None; 3]));
+    assert_eq!(refused(&blank), CalibrationError::NoObservation { expression: expression() });
+    assert!(matches!(
+        Parameters::of(&face, &[held("zygomaticus_l", 1.)]),
+        Err(CalibrationError::UnknownParameter { .. })
+    ));
+    assert!(matches!(Parameters::of(&face, &[held("strength", 0.)]), Err(CalibrationError::Prior { .. })));
+    let all = ["tissue_modulus", "muscle_modulus", "muscle_stress", "strength"].map(|name| held(name, 1.));
+    assert_eq!(Parameters::of(&face, &all), Err(CalibrationError::NothingFree));
 }

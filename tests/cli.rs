@@ -486,3 +486,84 @@ fn strains_have_names_and_finite_strain_no_held_stiffness() {
         refused(&mut command, &out, &parts);
     }
 }
+
+const KNOWN_SMILE: &str = r#"name = "known_smile"
+unit = "mm"
+
+[[marker]]
+landmark = "cheilion_l"
+displacement_mm = [2.0, 6.0, -3.0]
+sigma_mm = 0.5
+
+[[marker]]
+landmark = "cheilion_r"
+displacement_mm = [-2.0, 6.0, -3.0]
+sigma_mm = 0.5
+
+[[prior]]
+muscle = "zygomaticus_major_*"
+activation = 0.4
+sigma = 0.04
+"#;
+
+#[test]
+fn a_face_is_calibrated_and_used_again() {
+    let dir = folder();
+    let path = target(&dir, KNOWN_SMILE);
+    let calibrate = |threads: &str, out: &Path| {
+        let mut command = modiolus();
+        command.env("RAYON_NUM_THREADS", threads).arg("calibrate").arg(&path);
+        run(command.args(["--face", "standard_coarse", "--out"]).arg(out))
+    };
+    let (one, two) = (dir.path().join("one"), dir.path().join("two"));
+    let (code, stdout, stderr) = calibrate("1", &one);
+    assert_eq!(code, 0, "{stderr}");
+    for part in [
+        "Calibration of the coarse standard face by 1 expression: solved",
+        "mentalis                                 1.000    0.400    0.400       0 %  not determined",
+        "changes nothing that was observed",
+        "trades against",
+    ] {
+        assert!(stdout.contains(part), "\"{part}\" is not in: {stdout}");
+    }
+    assert_eq!(calibrate("2", &two).0, 0);
+    let untimed = |out: &Path| timeless(&out.join("calibration.json"));
+    assert!(untimed(&one) == untimed(&two), "calibration.json differs");
+    for file in ["face.toml", "mesh.vtu", "fibres.csv"] {
+        assert!(
+            fs::read(one.join(file)).expect("written") == fs::read(two.join(file)).expect("written"),
+            "{file}"
+        );
+    }
+    let json: Value =
+        serde_json::from_str(&fs::read_to_string(one.join("calibration.json")).expect("written"))
+            .expect("JSON");
+    let text = fs::read_to_string(one.join("face.toml")).expect("written");
+    let young = json["moduli"]["tissue_young_kpa"].as_f64().expect("a number");
+    assert!(text.contains("name = \"standard_coarse_calibrated\""), "{text}");
+    assert!(text.contains(&format!("young_kpa = {young:?}")), "{text}");
+    modiolus().args(["face", "check"]).arg(one.join("face.toml")).assert().success();
+}
+
+#[test]
+fn what_cannot_be_calibrated_is_told() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    let refuse = |text: &str, more: &[&str], parts: &[&str]| {
+        let path = target(&dir, text);
+        let mut command = modiolus();
+        command.arg("calibrate").arg(path).args(["--face", "standard_coarse", "--out"]).arg(&out).args(more);
+        refused(&mut command, &out, parts);
+    };
+    refuse(LEFT_CORNER, &[], &["left_corner_up", "[[prior]]", "electromyography"]);
+    let unmarked =
+        &KNOWN_SMILE.replace("displacement_mm = [2.0, 6.0, -3.0]", "displacement_mm = [nan, nan, nan]");
+    let unmarked =
+        &unmarked.replace("displacement_mm = [-2.0, 6.0, -3.0]", "displacement_mm = [nan, nan, nan]");
+    refuse(unmarked, &[], &["known_smile", "nothing is observed", "[[marker]]"]);
+    refuse(KNOWN_SMILE, &["--prior", "stress=1:0.1"], &["stress", "muscle_stress", "zygomaticus_major"]);
+    refuse(KNOWN_SMILE, &["--prior", "muscle_stress=2.5"], &["--prior", "muscle_stress=2.5:0.3"]);
+    refuse(KNOWN_SMILE, &["--prior", "muscle_stress=-1:0.1"], &["muscle_stress", "median"]);
+    let open = format!("jaw_opening_mm = 4.0\n{KNOWN_SMILE}");
+    refuse(&open, &[], &["known_smile", "the jaw is open"]);
+}

@@ -5,8 +5,8 @@
 use std::path::PathBuf;
 
 use modiolus::io::{
-    comparison_schema, face_schema, marker_map_schema, plan_schema, registration_schema, solution_schema,
-    suite_schema, symmetry_schema, target_schema, track_schema,
+    calibration_schema, comparison_schema, face_schema, marker_map_schema, plan_schema, registration_schema,
+    solution_schema, suite_schema, symmetry_schema, target_schema, track_schema,
 };
 
 fn holds(file: &str, derived: &str) {
@@ -26,6 +26,11 @@ fn the_target_schema_is_published() {
 #[test]
 fn the_solution_schema_is_published() {
     holds("solution.schema.json", &solution_schema());
+}
+
+#[test]
+fn the_calibration_schema_is_published() {
+    holds("calibration.schema.json", &calibration_schema());
 }
 
 #[test]

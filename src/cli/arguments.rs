@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use modiolus::calibration::{LogNormal, StatedPrior};
 use modiolus::certainty::Discrepancy;
 use modiolus::face::{Jaw, standard::Resolution};
 use modiolus::inverse::Target;
@@ -30,6 +31,9 @@ pub(crate) enum Verb {
     Verify(VerifyOptions),
     /// Tell which activations the data determine, and which they leave open.
     Identify(IdentifyOptions),
+    /// Find moduli, muscle stress and strengths of a face from expressions whose activations are known, and tell which of them
+    /// the data determine.
+    Calibrate(CalibrateOptions),
     /// Tell how far the two sides of a moved face are from mirror images, and which muscles make it so.
     Symmetry(SymmetryOptions),
     /// Tell where markers on the skin determine the activations best.
@@ -277,6 +281,38 @@ pub(crate) struct IdentifyOptions {
     #[command(flatten)]
     pub(crate) fit: FirstFit,
     /// Print JSON instead of the table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CalibrateOptions {
+    #[arg(
+        value_name = "TARGET.toml",
+        required = true,
+        help = "Targets with markers that were measured and the activations behind them as [[prior]]; muscles that none names are at rest"
+    )]
+    pub(crate) targets: Vec<PathBuf>,
+    #[arg(help = FACE, long, value_name = "standard|FACE.toml", default_value = "standard", value_parser = parse_face)]
+    pub(crate) face: FaceChoice,
+    #[arg(
+        help = "What is known before, as a multiple of the face's and the standard deviation of its logarithm, of tissue_modulus, \
+                muscle_modulus, muscle_stress, one muscle without its side, or strength for all muscles; a spread of 0 holds it \
+                [default: 1:0.8 for the first three, 1:0.4 for muscles]",
+        long,
+        value_name = "NAME=MEDIAN:SPREAD",
+        value_delimiter = ',',
+        value_parser = parse_prior
+    )]
+    pub(crate) prior: Vec<StatedPrior>,
+    /// How far the model may be from the face, from point to point: not at all, as far as another mesh, or as far as another
+    /// anatomist's muscles.
+    #[arg(long, value_name = "none|mesh|anatomy", default_value = "anatomy", value_parser = parse_discrepancy)]
+    pub(crate) discrepancy: Discrepancy,
+    /// Folder for calibration.json and the calibrated face (face.toml and its files); nothing is written without it.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print calibration.json instead of the tables.
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -797,6 +833,19 @@ fn parse_strain(text: &str) -> Result<Strain, String> {
 
 fn parse_discrepancy(text: &str) -> Result<Discrepancy, String> {
     Discrepancy::parse(text).ok_or_else(|| unknown(text, &Discrepancy::NAMES))
+}
+
+fn parse_prior(text: &str) -> Result<StatedPrior, String> {
+    let parse = || {
+        let (name, prior) = text.split_once('=')?;
+        let (median, spread) = prior.split_once(':')?;
+        let (median, spread) = (median.trim().parse().ok()?, spread.trim().parse().ok()?);
+        Some(StatedPrior { name: name.trim().to_owned(), prior: LogNormal { median, spread } })
+    };
+    parse().ok_or_else(|| {
+        "write a name, a multiple of the face's value and the spread of its logarithm, such as muscle_stress=2.5:0.3"
+            .to_owned()
+    })
 }
 
 fn parse_sigma(text: &str) -> Result<f64, String> {

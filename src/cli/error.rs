@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use modiolus::calibration::CalibrationError;
 use modiolus::contact::TeethError;
 use modiolus::face::standard::ParameterError;
 use modiolus::face::{FaceError, PlanError};
@@ -33,6 +34,8 @@ pub(crate) enum CliError {
     NoJaw { face: String },
     #[error("--activate: {name} is given twice; keep one")]
     ActivatedTwice { name: String },
+    #[error("{0}")]
+    Calibration(Box<CalibrationError>),
     #[error(transparent)]
     PlanFile(#[from] PlanFileError),
     #[error("{at}: {error}", at = place(at))]
@@ -155,6 +158,7 @@ impl CliError {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::NothingToIdentify { .. } => 1,
+            Self::Calibration(error) if matches!(**error, CalibrationError::Search(_)) => 1,
             Self::Study { error, .. } if error.is_without_rest() => 1,
             Self::Inverse(error)
                 if matches!(

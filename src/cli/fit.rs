@@ -138,6 +138,18 @@ impl<'a> Asked<'a> {
         &self.document.target
     }
 
+    /// Its points on the face.
+    pub(crate) fn observations(&self) -> &Observations {
+        &self.observations
+    }
+
+    /// SHA-256 of the files behind it but for those of the face, by their names.
+    pub(crate) fn inputs(&self) -> BTreeMap<String, String> {
+        let mut inputs = self.recorded.inputs.clone();
+        inputs.insert(input_name(self.path), self.document.sha256.clone());
+        inputs
+    }
+
     /// The fit, and where it is wanted what the data determine of it, which takes its time.
     pub(crate) fn fit(
         &self,
@@ -284,8 +296,7 @@ fn solution_json(
 ) -> SolutionJson {
     let Asked { loaded, path, document, recorded, .. } = asked;
     let mut inputs = loaded.inputs.clone();
-    inputs.extend(recorded.inputs.clone());
-    inputs.insert(input_name(path), document.sha256.clone());
+    inputs.extend(asked.inputs());
     let solution = &found.solution;
     let mut warnings: Vec<String> = document.warnings.iter().map(ToString::to_string).collect();
     warnings.extend(recorded.warnings.iter().cloned());

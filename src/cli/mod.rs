@@ -2,6 +2,7 @@
 
 mod activation_list;
 mod arguments;
+mod calibrate;
 mod compare;
 mod error;
 mod export;
@@ -103,6 +104,7 @@ fn dispatch(verb: Verb) -> Result<Outcome, CliError> {
             ExportFormat::Program(format) => program::run(&options, format),
             ExportFormat::Scene(format) => scene::run(&options, format),
         },
+        Verb::Calibrate(options) => calibrate::run(&options),
         Verb::Identify(options) => identify::run(&options),
         Verb::Symmetry(options) => symmetry::run(&options),
         Verb::Markers(options) => markers::run(&options),

@@ -93,6 +93,11 @@ impl Linearisation {
         Residuals { matrix: transposed.transpose(), value }
     }
 
+    /// The residuals at the state.
+    pub fn value(&self) -> DVector<f64> {
+        DVector::from_iterator(self.rows.len(), self.rows.iter().map(|row| row.value))
+    }
+
     /// Derivatives of the residuals by the `d` observed displacements (rows x d), 1/mm.
     pub fn by_observed(&self, d: usize) -> DMatrix<f64> {
         let mut derivatives = DMatrix::zeros(self.rows.len(), d);

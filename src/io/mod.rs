@@ -5,6 +5,7 @@ mod activation_parquet;
 mod activation_table;
 mod answer;
 mod atomic;
+mod calibration_json;
 mod certainty_json;
 mod comparison_json;
 mod csv;
@@ -63,6 +64,9 @@ mod write_error;
 pub use activation_table::{ActivationTable, ActivationTableError, parse_activations, read_activations};
 pub use answer::{AnswerFileError, AnswerFiles, read_answer};
 pub use atomic::write_atomically;
+pub use calibration_json::{
+    CalibrationJson, CombinationJson, ExplainedJson, ModuliJson, ParameterJson, TradeJson, calibration_schema,
+};
 pub use certainty_json::{
     CertaintyJson, CorrelationJson, DiscrepancyJson, EffortJson, IntervalJson, SideJson, UnknownJson,
 };

@@ -1,6 +1,7 @@
 //! What a user does, once for every front end: a face is moved by its muscles and its bones.
 
 mod at_once;
+mod calibrate;
 mod comparison;
 mod error;
 mod fit;
@@ -15,6 +16,7 @@ mod tracked_face;
 mod verdict;
 
 pub use at_once::at_once;
+pub use calibrate::{CalibratedFace, calibrate};
 pub use comparison::{Comparison, MovedLandmark, Pair, Posed, Sides, matched};
 pub use error::StudyError;
 pub use fit::{Fit, LinearAnswer, fit};

@@ -1,0 +1,194 @@
+//! The parameters that explain the expressions best.
+
+use std::sync::Mutex;
+
+use argmin::core::{Error, Executor, IterState, Jacobian, Operator, State};
+use argmin::solver::gaussnewton::GaussNewtonLS;
+use argmin::solver::linesearch::BacktrackingLineSearch;
+use argmin::solver::linesearch::condition::ArmijoCondition;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
+
+use super::{CalibrationError, Expression, Parameters, Sensitivity};
+use crate::certainty::Discrepancy;
+use crate::forward::ScaledModel;
+
+/// Rounds of the covariance.
+const MOST_ROUNDS: usize = 12;
+/// Steps of Gauss and Newton within a round.
+const MOST_STEPS: u64 = 30;
+/// Change of the norm of the residuals that ends a round.
+const LEAST_GAIN: f64 = 1e-10;
+/// Change of a parameter, in standard deviations of its prior, that is none.
+const STILL: f64 = 1e-5;
+/// Slope of Armijo's condition. The search's cost is `|r|` and its slope that of `|r|^2 / 2`, which is `|r|` times as steep.
+const ARMIJO: f64 = 1e-8;
+/// Factor on a step that does not fall.
+const SHORTER: f64 = 0.5;
+
+/// What is asked of the parameters.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Search<'a> {
+    pub(super) model: &'a ScaledModel,
+    pub(super) parameters: &'a Parameters,
+    pub(super) expressions: &'a [Expression],
+    pub(super) discrepancy: Discrepancy,
+}
+
+/// Where the search ended.
+#[derive(Debug)]
+pub(super) struct Found {
+    /// Logarithms (p) of the parameters.
+    pub(super) theta: Vec<f64>,
+    /// Each expression there,
+    pub(super) at: Vec<Sensitivity>,
+    /// and the factor of the covariance of its residuals.
+    pub(super) noise: Vec<Cholesky<f64, Dyn>>,
+    /// Whether nothing moved any more.
+    pub(super) converged: bool,
+}
+
+impl Search<'_> {
+    /// The least of `sum_e r_e' C_e^-1 r_e + sum_p ((theta_p - mu_p) / s_p)^2`.
+    ///
+    /// The covariances `C_e` change with the parameters; they are held while Gauss-Newton steps with a backtracking line
+    /// search go on, then taken anew, until both stay (iterated generalised least squares, Carroll and Ruppert 1988).
+    pub(super) fn run(&self) -> Result<Found, CalibrationError> {
+        let medians = self.parameters.medians();
+        let spreads: Vec<f64> = self.parameters.list().iter().map(|p| p.prior.spread).collect();
+        let free: Vec<usize> = (0..spreads.len()).filter(|&k| spreads[k] > 0.).collect();
+        let mut x = DVector::zeros(free.len());
+        let theta_at = |x: &DVector<f64>| {
+            let mut theta = medians.clone();
+            free.iter().zip(x.iter()).for_each(|(&k, x)| theta[k] += spreads[k] * x);
+            theta
+        };
+        let (mut at, mut noise) = self.known(&theta_at(&x))?;
+        let mut converged = false;
+        for _ in 0..MOST_ROUNDS {
+            let posed = Posed {
+                search: self,
+                noise: &noise,
+                free: &free,
+                spreads: &spreads,
+                theta_at: &theta_at,
+                last: Mutex::new(None),
+            };
+            let next = posed.least(x.clone())?;
+            converged = (&next - &x).amax() <= STILL;
+            x = next;
+            (at, noise) = self.known(&theta_at(&x))?;
+            if converged {
+                break;
+            }
+        }
+        Ok(Found { theta: theta_at(&x), at, noise, converged })
+    }
+
+    /// Every expression at `theta` (p).
+    pub(super) fn at(&self, theta: &[f64]) -> Result<Vec<Sensitivity>, CalibrationError> {
+        let of = |expression| Sensitivity::of(self.model, self.parameters, expression, theta);
+        self.expressions.par_iter().map(of).collect()
+    }
+
+    fn known(&self, theta: &[f64]) -> Result<(Vec<Sensitivity>, Vec<Cholesky<f64, Dyn>>), CalibrationError> {
+        let at = self.at(theta)?;
+        let noise =
+            at.iter().zip(self.expressions).map(|(at, expression)| at.noise(expression, &self.discrepancy));
+        let noise = noise.collect::<Option<Vec<_>>>().ok_or_else(|| {
+            CalibrationError::Search(
+                "the noise of an expression is no covariance; its `sigma_mm` is too small".into(),
+            )
+        })?;
+        Ok((at, noise))
+    }
+}
+
+/// `matrix` in the measure of a covariance: `L^-1 M`.
+pub(super) fn white(noise: &Cholesky<f64, Dyn>, matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    noise.l().solve_lower_triangular(matrix).unwrap_or_else(|| matrix.map(|_| f64::NAN))
+}
+
+/// Residuals and their derivatives at one point.
+#[derive(Clone, Debug)]
+struct Weighed {
+    x: DVector<f64>,
+    residual: DVector<f64>,
+    jacobian: DMatrix<f64>,
+}
+
+/// Residuals over the free parameters `x`, in standard deviations from their medians, the covariances held.
+struct Posed<'a, T> {
+    search: &'a Search<'a>,
+    noise: &'a [Cholesky<f64, Dyn>],
+    free: &'a [usize],
+    spreads: &'a [f64],
+    theta_at: &'a T,
+    /// The solver asks for residuals and derivatives one by one.
+    last: Mutex<Option<Weighed>>,
+}
+
+impl<T: Fn(&DVector<f64>) -> Vec<f64>> Posed<'_, T> {
+    fn least(self, start: DVector<f64>) -> Result<DVector<f64>, CalibrationError> {
+        let stopped = |error: Error| CalibrationError::Search(error.to_string());
+        let armijo = ArmijoCondition::new(ARMIJO).map_err(stopped)?;
+        let line = BacktrackingLineSearch::new(armijo).rho(SHORTER).map_err(stopped)?;
+        let solver = GaussNewtonLS::new(line).with_tolerance(LEAST_GAIN).map_err(stopped)?;
+        let run = Executor::new(self, solver)
+            .configure(|state: IterState<DVector<f64>, DVector<f64>, DMatrix<f64>, (), (), f64>| {
+                state.param(start).max_iters(MOST_STEPS)
+            })
+            .timer(false)
+            .run()
+            .map_err(stopped)?;
+        let found = run.state.get_best_param().cloned();
+        found.ok_or_else(|| CalibrationError::Search("no step was taken".into()))
+    }
+
+    fn at(&self, x: &DVector<f64>) -> Result<Weighed, Error> {
+        let mut last = self.last.lock().map_err(|_| Error::msg("a step was given up"))?;
+        if let Some(known) = last.as_ref().filter(|known| known.x == *x) {
+            return Ok(known.clone());
+        }
+        let at = self.search.at(&(self.theta_at)(x))?;
+        let rows: usize = at.iter().map(|at| at.residual.len()).sum();
+        let k = self.free.len();
+        let mut residual = DVector::zeros(rows + k);
+        let mut jacobian = DMatrix::zeros(rows + k, k);
+        let mut row = 0;
+        for (at, noise) in at.iter().zip(self.noise) {
+            let r = at.residual.len();
+            let value = DMatrix::from_column_slice(r, 1, at.residual.as_slice());
+            residual.rows_mut(row, r).copy_from(&white(noise, &value).column(0));
+            let slopes = white(noise, &at.by_parameter);
+            for (column, &parameter) in self.free.iter().enumerate() {
+                let scaled = slopes.column(parameter) * self.spreads[parameter];
+                jacobian.view_mut((row, column), (r, 1)).copy_from(&scaled);
+            }
+            row += r;
+        }
+        residual.rows_mut(rows, k).copy_from(x);
+        jacobian.view_mut((rows, 0), (k, k)).fill_with_identity();
+        let weighed = Weighed { x: x.clone(), residual, jacobian };
+        *last = Some(weighed.clone());
+        Ok(weighed)
+    }
+}
+
+impl<T: Fn(&DVector<f64>) -> Vec<f64>> Operator for Posed<'_, T> {
+    type Param = DVector<f64>;
+    type Output = DVector<f64>;
+
+    fn apply(&self, x: &DVector<f64>) -> Result<DVector<f64>, Error> {
+        Ok(self.at(x)?.residual)
+    }
+}
+
+impl<T: Fn(&DVector<f64>) -> Vec<f64>> Jacobian for Posed<'_, T> {
+    type Param = DVector<f64>;
+    type Jacobian = DMatrix<f64>;
+
+    fn jacobian(&self, x: &DVector<f64>) -> Result<DMatrix<f64>, Error> {
+        Ok(self.at(x)?.jacobian)
+    }
+}
