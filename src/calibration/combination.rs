@@ -57,26 +57,19 @@ impl Combination {
 /// The same space as that of `vectors`, each with zeros where another one leads (Gauss and Jordan).
 fn sparse(mut vectors: Vec<DVector<f64>>) -> Vec<DVector<f64>> {
     const ZERO: f64 = 1e-6;
-    let mut row = 0;
-    for k in 0..vectors.len() {
-        while row < vectors[k].len() {
-            let size = |i: &usize| vectors[*i][row].abs();
-            let lead =
-                (k..vectors.len()).max_by(|i, j| size(i).total_cmp(&size(j)).then(j.cmp(i))).unwrap_or(k);
-            row += 1;
-            if vectors[lead][row - 1].abs() > ZERO {
-                vectors.swap(k, lead);
-                break;
-            }
-        }
-        let Some(&pivot) = vectors[k].get(row.saturating_sub(1)) else { break };
-        let leader = &vectors[k] / pivot;
-        for (i, vector) in vectors.iter_mut().enumerate().filter(|(i, _)| *i != k) {
-            debug_assert!(i != k);
-            let factor = vector[row - 1];
+    let mut k = 0;
+    for row in 0..vectors.first().map_or(0, |vector| vector.len()) {
+        let size = |i: usize| vectors[i][row].abs();
+        let lead = (k..vectors.len()).max_by(|&i, &j| size(i).total_cmp(&size(j)).then(j.cmp(&i)));
+        let Some(lead) = lead.filter(|&lead| size(lead) > ZERO) else { continue };
+        vectors.swap(k, lead);
+        let leader = &vectors[k] / vectors[k][row];
+        for (_, vector) in vectors.iter_mut().enumerate().filter(|(i, _)| *i != k) {
+            let factor = vector[row];
             vector.axpy(-factor, &leader, 1.);
         }
         vectors[k] = leader;
+        k += 1;
     }
     for vector in &mut vectors {
         let most = vector.amax();

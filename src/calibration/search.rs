@@ -26,6 +26,9 @@ const ARMIJO: f64 = 1e-8;
 /// Factor on a step that does not fall.
 const SHORTER: f64 = 0.5;
 
+/// The factor of the covariance of an expression's residuals.
+pub(super) type Noise = Cholesky<f64, Dyn>;
+
 /// What is asked of the parameters.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Search<'a> {
@@ -43,7 +46,7 @@ pub(super) struct Found {
     /// Each expression there,
     pub(super) at: Vec<Sensitivity>,
     /// and the factor of the covariance of its residuals.
-    pub(super) noise: Vec<Cholesky<f64, Dyn>>,
+    pub(super) noise: Vec<Noise>,
     /// Whether nothing moved any more.
     pub(super) converged: bool,
 }
@@ -91,7 +94,7 @@ impl Search<'_> {
         self.expressions.par_iter().map(of).collect()
     }
 
-    fn known(&self, theta: &[f64]) -> Result<(Vec<Sensitivity>, Vec<Cholesky<f64, Dyn>>), CalibrationError> {
+    fn known(&self, theta: &[f64]) -> Result<(Vec<Sensitivity>, Vec<Noise>), CalibrationError> {
         let at = self.at(theta)?;
         let noise =
             at.iter().zip(self.expressions).map(|(at, expression)| at.noise(expression, &self.discrepancy));
@@ -105,7 +108,7 @@ impl Search<'_> {
 }
 
 /// `matrix` in the measure of a covariance: `L^-1 M`.
-pub(super) fn white(noise: &Cholesky<f64, Dyn>, matrix: &DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn white(noise: &Noise, matrix: &DMatrix<f64>) -> DMatrix<f64> {
     noise.l().solve_lower_triangular(matrix).unwrap_or_else(|| matrix.map(|_| f64::NAN))
 }
 
@@ -120,7 +123,7 @@ struct Weighed {
 /// Residuals over the free parameters `x`, in standard deviations from their medians, the covariances held.
 struct Posed<'a, T> {
     search: &'a Search<'a>,
-    noise: &'a [Cholesky<f64, Dyn>],
+    noise: &'a [Noise],
     free: &'a [usize],
     spreads: &'a [f64],
     theta_at: &'a T,

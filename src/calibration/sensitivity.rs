@@ -1,7 +1,8 @@
 //! What parameters and activations do to the residuals of an expression.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix, DVector};
 
+use super::search::Noise;
 use super::{CalibrationError, Expression, Parameters, Quantity};
 use crate::certainty::Discrepancy;
 use crate::forward::ScaledModel;
@@ -92,11 +93,7 @@ impl Sensitivity {
 
     /// The factor of the covariance (r x r) of the residuals: the noise of the observations, that of the activations on the
     /// tangent, `M sigma_a^2 M'`, and how far the model is from the face; `None` where numbers leave their range.
-    pub(super) fn noise(
-        &self,
-        expression: &Expression,
-        discrepancy: &Discrepancy,
-    ) -> Option<Cholesky<f64, Dyn>> {
+    pub(super) fn noise(&self, expression: &Expression, discrepancy: &Discrepancy) -> Option<Noise> {
         let of = |&muscle: &usize| expression.activation[muscle].powi(2) + expression.sigma[muscle].powi(2);
         let squares = DVector::from_iterator(self.acting.len(), self.acting.iter().map(of));
         let model = discrepancy.covariance(&expression.points_mm, &self.map, &squares);
