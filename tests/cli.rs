@@ -93,6 +93,37 @@ fn a_fit_prints_a_table_and_writes_both_files() {
     assert!(fs::read(out.join("face.vtu")).expect("written").starts_with(b"<?xml"));
 }
 
+/// One corner of the mouth is lifted: the sides differ by more than is allowed, and table, map and picture say so.
+#[test]
+fn one_sided_movement_fails_a_limit_of_asymmetry() {
+    let dir = folder();
+    let path = target(&dir, LEFT_CORNER);
+    let out = dir.path().join("out");
+    let sides = |most_mm: &str| {
+        let mut command = modiolus();
+        command.arg("symmetry").arg(&path).args(["--face", "standard_coarse", "--max-asymmetry-mm", most_mm]);
+        run(command.arg("--out").arg(&out))
+    };
+    assert_eq!(sides("100").0, 0);
+    let (code, stdout, stderr) = sides("1");
+    assert_eq!(code, 1, "{stderr}");
+    assert!(stdout.contains("cheilion") && stderr.contains("symmetry.png"), "{stdout}{stderr}");
+    let json: Value =
+        serde_json::from_str(&fs::read_to_string(out.join("symmetry.json")).expect("written")).expect("JSON");
+    let pair = json["pairs"].as_array().and_then(|all| all.iter().find(|pair| pair["name"] == "cheilion"));
+    let pair = pair.expect("the corners of the mouth");
+    let moved = |side: &str, axis: usize| pair[side][axis].as_f64().expect("a number");
+    let difference = [-1., 1., 1.].iter().enumerate().map(|(axis, sign)| {
+        let apart = moved("left_mm", axis) - sign * moved("right_mm", axis);
+        apart * apart
+    });
+    let (told, expected) =
+        (pair["difference_mm"].as_f64().expect("a number"), difference.sum::<f64>().sqrt());
+    assert!((told - expected).abs() < 1e-9 && told > 2., "{told} {expected}");
+    assert!(fs::read(out.join("symmetry.png")).expect("written").starts_with(b"\x89PNG"));
+    assert!(fs::read_to_string(out.join("symmetry.vtu")).expect("written").contains("asymmetry_mm"));
+}
+
 #[test]
 fn the_same_input_gives_the_same_bytes_whatever_the_threads() {
     let dir = folder();

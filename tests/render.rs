@@ -219,6 +219,26 @@ fn each_part_shows() {
     assert_eq!(muscle_stems(&face).len(), 15);
 }
 
+/// A length is shown as a displacement of that length is; where it is none the skin is as it is.
+#[test]
+fn a_length_is_shown_by_the_colours_of_displacements() {
+    let face = standard(&Resolution::COARSE);
+    let (scene, n) = (Scene::new(&face), face.mesh.n_nodes());
+    let lifted: Vec<f64> = (0..n).flat_map(|_| [0., 3., 4.]).collect();
+    let (five, none) = (vec![5.; n], vec![f64::NAN; n]);
+    let draw = |show: Show, length: Option<&[f64]>| {
+        let drawing = Drawing { show, displacement: Some(&lifted), length_mm: length, ..small() };
+        scene.draw(&Drawing { legend: false, ..drawing }).expect("drawn").pixels
+    };
+    let coloured = Show { displacement: true, ..Show::FACE };
+    let plain = draw(Show::FACE, None);
+    assert!(draw(coloured, Some(&none)) == plain);
+    let (length, displacement) = (draw(coloured, Some(&five)), draw(coloured, None));
+    assert!(displacement != plain);
+    let apart = |a: &[u8; 3], b: &[u8; 3]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(length.iter().zip(&displacement).all(|(a, b)| apart(a, b) <= Some(2)), "another colour");
+}
+
 #[test]
 fn a_field_of_another_face_is_refused() {
     let face = standard(&Resolution::COARSE);
@@ -228,6 +248,8 @@ fn a_field_of_another_face_is_refused() {
     assert!(matches!(wrong, Err(RenderError::Length { what: "displacement", found: 3, .. })));
     let mut nan = vec![0.; face.muscles.len()];
     nan[4] = f64::NAN;
+    let wrong = scene.draw(&Drawing { length_mm: Some(&short), ..small() });
+    assert!(matches!(wrong, Err(RenderError::Length { what: "length", .. })), "{wrong:?}");
     let wrong = scene.draw(&Drawing { activation: Some(&nan), ..small() });
     assert_eq!(wrong, Err(RenderError::NotFinite { what: "activation", index: 4 }));
     for size in [(0, 100), (100, 0), (100, 100_000)] {

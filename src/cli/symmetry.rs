@@ -35,8 +35,7 @@ pub(crate) fn run(options: &SymmetryOptions) -> Result<Outcome, CliError> {
     let json = SymmetryJson::new(heading, &symmetry, sides, options.max_asymmetry_mm);
     let text = serde_json::to_string_pretty(&json)? + "\n";
     if let Some(out) = &options.out {
-        let picture =
-            progress.step("draw", || picture(&loaded.face, &displacement, &symmetry, &json.result))?;
+        let picture = progress.step("draw", || picture(&loaded.face, &displacement, &symmetry))?;
         write(out, &loaded.face, &displacement, &symmetry, [text.clone().into_bytes(), picture])?;
     }
     let solved = solved && json.within != Some(false);
@@ -108,18 +107,11 @@ fn write(
 }
 
 /// The moved face, coloured by how far each point of the skin is from the mirror image of the other side, as PNG.
-fn picture(
-    face: &Face,
-    displacement: &[f64],
-    symmetry: &Symmetry,
-    heading: &str,
-) -> Result<Vec<u8>, CliError> {
-    let title = [heading.to_owned(), "from the mirror image of the other side".to_owned()];
+fn picture(face: &Face, displacement: &[f64], symmetry: &Symmetry) -> Result<Vec<u8>, CliError> {
     let drawing = Drawing {
         show: Show { displacement: true, ..Show::FACE },
         displacement: Some(displacement),
         length_mm: Some(&symmetry.map_mm),
-        title: &title,
         ..Drawing::default()
     };
     Ok(three_views(&Scene::new(face), &drawing)?.to_png()?)

@@ -1,5 +1,6 @@
 //! Sheets of several pictures: where a muscle's force goes, and what it does.
 
+use super::legend::BAR_SPACE;
 use super::scene::panel;
 use super::{Drawing, Image, LETTER, LINE, RenderError, Scene, Show, View};
 use crate::face::{Face, Muscle, Pose};
@@ -157,7 +158,11 @@ pub fn contact_sheet(scene: &Scene<'_>, actions: &[Action]) -> Result<Image, Ren
 /// # Errors
 /// As [`Scene::draw`].
 pub fn three_views(scene: &Scene<'_>, drawing: &Drawing<'_>) -> Result<Image, RenderError> {
-    let views = [View::Front, View::ThreeQuarter, View::Profile].map(|v| (v, scene.panel(v, SCALE)));
+    let views = [View::Front, View::ThreeQuarter, View::Profile].map(|view| {
+        let (width, height) = scene.panel(view, SCALE);
+        let has_bar = view == View::Front && drawing.show.displacement;
+        (view, (width + if has_bar { BAR_SPACE as usize } else { 0 }, height))
+    });
     let height = views.iter().map(|(_, size)| size.1).max().unwrap_or(0) + LINE;
     let mut sheet = Image::new(views.iter().map(|(_, size)| size.0).sum(), height);
     let mut x = 0;
