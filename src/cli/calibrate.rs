@@ -85,12 +85,13 @@ fn table(json: &CalibrationJson, face: &str) -> String {
             json.noise_factor
         );
     }
-    let width = json.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0).max(24);
+    let (unseen, told): (Vec<_>, Vec<_>) = json.parameters.iter().partition(|p| p.knowledge == "unseen");
+    let width = told.iter().map(|p| p.name.len()).max().unwrap_or(0).max(24);
     text += &format!(
         "\n{:width$}  {:>7}  {:>7}  {:>7}  {:>8}\n",
         "Multiple of the face's", "factor", "spread", "prior's", "by data"
     );
-    for p in &json.parameters {
+    for p in told {
         text += &format!(
             "{:width$}  {:7.3}  {:7.3}  {:7.3}  {:6.0} %  {}\n",
             p.name,
@@ -99,6 +100,13 @@ fn table(json: &CalibrationJson, face: &str) -> String {
             p.prior_spread,
             100. * p.resolution,
             p.sentence
+        );
+    }
+    if !unseen.is_empty() {
+        let names: Vec<&str> = unseen.iter().map(|p| p.name.as_str()).collect();
+        text += &format!(
+            "Not determined, since active in no expression or where nothing was observed; they keep their priors: {}\n",
+            names.join(", ")
         );
     }
     text += "\nWhat the data alone determine, the best first\n";
