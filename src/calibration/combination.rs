@@ -131,6 +131,9 @@ mod tests {
         assert_eq!(all[1].sentence, "z up: roughly determined, to 22 %");
         assert_eq!((all[2].weights.as_slice(), all[2].spread), ([1., 1., 0.].as_slice(), None));
         assert!(all[2].sentence.starts_with("x and y up, together: changes nothing"), "{:?}", all[2]);
+        // What rounding leaves is no information either.
+        let rounded = rows.tr_mul(&rows) + DMatrix::identity(3, 3) * 1e-9;
+        assert_eq!(Combination::all(&["x", "y", "z"], &[0, 1, 2], &rounded)[2].sentence, all[2].sentence);
     }
 
     #[test]
