@@ -235,7 +235,8 @@ impl Told {
     }
 
     /// Each activation, and its covariance (p) with the parameters by its own standard deviation: that of the joint
-    /// distribution of which the activations are integrated out.
+    /// distribution of which the activations are integrated out. Errors of the activations are as many times larger as all
+    /// others where the noise was raised, so that what the residuals say of them is the same: `z = -E' C^-1 J theta + rest`.
     fn with_activations(
         &self,
         parameters: &Parameters,
@@ -246,10 +247,10 @@ impl Told {
         let ratio = self.noise_factor.powi(2);
         for (expression, (at, noise)) in expressions.iter().zip(found.at.iter().zip(&found.noise)) {
             let (slopes, errors) = (white(noise, &at.by_parameter), white(noise, &at.by_activation));
-            // The gain of the activations' errors by the residuals, and what it leaves of them.
-            let by_parameter = errors.tr_mul(&slopes) / ratio;
+            // What the residuals say of the activations' errors, and what that leaves of them.
+            let by_parameter = errors.tr_mul(&slopes);
             let covariance = -&self.covariance * by_parameter.transpose();
-            let own = DMatrix::identity(errors.ncols(), errors.ncols()) - errors.tr_mul(&errors)
+            let own = (DMatrix::identity(errors.ncols(), errors.ncols()) - errors.tr_mul(&errors)) * ratio
                 + &by_parameter * &self.covariance * by_parameter.transpose();
             for (k, &muscle) in at.acting.iter().enumerate() {
                 let size = own[(k, k)].max(0.).sqrt();

@@ -2,7 +2,7 @@
 
 use super::CalibrationError;
 use crate::certainty::Discrepancy;
-use crate::face::Face;
+use crate::face::{Face, without_side};
 use crate::forward::ModulusFactors;
 
 /// A log-normal distribution of a factor.
@@ -87,7 +87,7 @@ impl Parameters {
             global("muscle_stress", Quantity::MuscleStress, LogNormal::STRESS_SPREAD),
         ];
         for (k, muscle) in face.muscles.iter().enumerate() {
-            let stem = stem(&muscle.name);
+            let stem = without_side(&muscle.name);
             let known = list.iter_mut().find_map(|parameter| match &mut parameter.quantity {
                 Quantity::Strength(muscles) if parameter.name == stem => Some(muscles),
                 _ => None,
@@ -168,9 +168,4 @@ impl Parameters {
         }
         face
     }
-}
-
-/// A muscle's name without its side.
-fn stem(name: &str) -> &str {
-    name.strip_suffix("_l").or(name.strip_suffix("_r")).unwrap_or(name)
 }

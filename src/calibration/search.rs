@@ -19,7 +19,7 @@ const MOST_ROUNDS: usize = 12;
 const MOST_STEPS: u64 = 30;
 /// Change of the norm of the residuals that ends a round.
 const LEAST_GAIN: f64 = 1e-10;
-/// Change of a parameter, in standard deviations of its prior, that is none.
+/// Step of a parameter, in standard deviations of its prior, that is none.
 const STILL: f64 = 1e-5;
 /// Slope of Armijo's condition. The search's cost is `|r|` and its slope that of `|r|^2 / 2`, which is `|r|` times as steep.
 const ARMIJO: f64 = 1e-8;
@@ -55,7 +55,8 @@ impl Search<'_> {
     /// The least of `sum_e r_e' C_e^-1 r_e + sum_p ((theta_p - mu_p) / s_p)^2`.
     ///
     /// The covariances `C_e` change with the parameters; they are held while Gauss-Newton steps with a backtracking line
-    /// search go on, then taken anew, until both stay (iterated generalised least squares, Carroll and Ruppert 1988).
+    /// search go on, then taken anew, until a step from there with the covariances of there is none (iterated generalised
+    /// least squares, Carroll and Ruppert 1988).
     pub(super) fn run(&self) -> Result<Found, CalibrationError> {
         let medians = self.parameters.medians();
         let spreads: Vec<f64> = self.parameters.list().iter().map(|p| p.prior.spread).collect();
@@ -68,7 +69,7 @@ impl Search<'_> {
         };
         let (mut at, mut noise) = self.known(&theta_at(&x))?;
         let mut converged = false;
-        for _ in 0..MOST_ROUNDS {
+        for round in 0..=MOST_ROUNDS {
             let posed = Posed {
                 search: self,
                 noise: &noise,
@@ -77,13 +78,12 @@ impl Search<'_> {
                 theta_at: &theta_at,
                 last: Mutex::new(None),
             };
-            let next = posed.least(x.clone())?;
-            converged = (&next - &x).amax() <= STILL;
-            x = next;
-            (at, noise) = self.known(&theta_at(&x))?;
-            if converged {
+            converged = posed.weigh(&x, &at).step() <= STILL;
+            if converged || round == MOST_ROUNDS {
                 break;
             }
+            x = posed.least(x)?;
+            (at, noise) = self.known(&theta_at(&x))?;
         }
         Ok(Found { theta: theta_at(&x), at, noise, converged })
     }
@@ -120,6 +120,14 @@ struct Weighed {
     jacobian: DMatrix<f64>,
 }
 
+impl Weighed {
+    /// The largest component of a step of Gauss and Newton from here.
+    fn step(&self) -> f64 {
+        let normal = Cholesky::new(self.jacobian.tr_mul(&self.jacobian));
+        normal.map_or(f64::INFINITY, |factor| factor.solve(&self.jacobian.tr_mul(&self.residual)).amax())
+    }
+}
+
 /// Residuals over the free parameters `x`, in standard deviations from their medians, the covariances held.
 struct Posed<'a, T> {
     search: &'a Search<'a>,
@@ -148,12 +156,8 @@ impl<T: Fn(&DVector<f64>) -> Vec<f64>> Posed<'_, T> {
         found.ok_or_else(|| CalibrationError::Search("no step was taken".into()))
     }
 
-    fn at(&self, x: &DVector<f64>) -> Result<Weighed, Error> {
-        let mut last = self.last.lock().map_err(|_| Error::msg("a step was given up"))?;
-        if let Some(known) = last.as_ref().filter(|known| known.x == *x) {
-            return Ok(known.clone());
-        }
-        let at = self.search.at(&(self.theta_at)(x))?;
+    /// The residuals at `x`, where the expressions are `at`.
+    fn weigh(&self, x: &DVector<f64>, at: &[Sensitivity]) -> Weighed {
         let rows: usize = at.iter().map(|at| at.residual.len()).sum();
         let k = self.free.len();
         let mut residual = DVector::zeros(rows + k);
@@ -172,7 +176,15 @@ impl<T: Fn(&DVector<f64>) -> Vec<f64>> Posed<'_, T> {
         }
         residual.rows_mut(rows, k).copy_from(x);
         jacobian.view_mut((rows, 0), (k, k)).fill_with_identity();
-        let weighed = Weighed { x: x.clone(), residual, jacobian };
+        Weighed { x: x.clone(), residual, jacobian }
+    }
+
+    fn at(&self, x: &DVector<f64>) -> Result<Weighed, Error> {
+        let mut last = self.last.lock().map_err(|_| Error::msg("a step was given up"))?;
+        if let Some(known) = last.as_ref().filter(|known| known.x == *x) {
+            return Ok(known.clone());
+        }
+        let weighed = self.weigh(x, &self.search.at(&(self.theta_at)(x))?);
         *last = Some(weighed.clone());
         Ok(weighed)
     }

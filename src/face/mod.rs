@@ -36,6 +36,7 @@ pub use muscle::{Fibre, Muscle};
 pub use overlap::{Inside, Overlap, OverlapSearch, overlap};
 pub use pose::{LargeTurn, Pose};
 pub use rigid_motion::RigidMotion;
+pub use sides::without_side;
 pub use similarity::Similarity;
 pub use skin_normal::SkinNormal;
 pub use standard::standard;

@@ -1,14 +1,18 @@
-//! Warnings that both sides of a muscle share, said once.
+//! Names of one side, and warnings that both sides of a muscle share, said once.
 
 use super::FaceWarning;
+
+/// The name of a muscle or landmark without its side: `risorius` of `risorius_l`; one without a side as it is.
+pub fn without_side(name: &str) -> &str {
+    name.strip_suffix("_l").or(name.strip_suffix("_r")).unwrap_or(name)
+}
 
 impl FaceWarning {
     /// This warning and the same of the muscle's other side as one; `None` where they are not that.
     pub fn with_other_side(&self, other: &Self) -> Option<Self> {
         use FaceWarning as W;
         let both = |a: &String, b: &String| {
-            let stem = |name: &String| name.strip_suffix("_l").or(name.strip_suffix("_r")).map(str::to_owned);
-            (a != b && stem(a)? == stem(b)?).then(|| format!("{a} and {b}"))
+            (a != b && without_side(a) == without_side(b)).then(|| format!("{a} and {b}"))
         };
         Some(match (self, other) {
             (W::FlippedFibres { muscle: a, fibres: n }, W::FlippedFibres { muscle: b, fibres: m }) => {

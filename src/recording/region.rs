@@ -1,6 +1,6 @@
 //! Regions of the face, for tables.
 
-use crate::face::Face;
+use crate::face::{Face, without_side};
 use crate::units::Vec3;
 
 /// Landmarks by region: the first part of their names.
@@ -21,6 +21,5 @@ pub(super) fn region(face: &Face, p: Vec3) -> String {
     };
     let name = nearest.name.as_str();
     let known = REGIONS.iter().find(|(_, stems)| stems.iter().any(|stem| name.starts_with(stem)));
-    let stem = name.strip_suffix("_l").or(name.strip_suffix("_r")).unwrap_or(name);
-    known.map_or(stem, |(region, _)| region).to_owned()
+    known.map_or(without_side(name), |(region, _)| region).to_owned()
 }

@@ -2,7 +2,7 @@
 
 use super::colour::{Rgb, distinct, mix, srgb};
 use super::solid::Solid;
-use crate::face::{Face, Fibre, Muscle};
+use crate::face::{Face, Fibre, Muscle, without_side};
 use crate::forward::fibre_forces;
 use crate::mesh::{Locator, Site};
 use crate::units::Vec3;
@@ -158,7 +158,7 @@ pub(super) fn colours(face: &Face, stems: &[String], activation: Option<&[f64]>)
     let of = |m: usize| match active {
         Some(a) => activation_colour(a[m]),
         None => {
-            let name = super::figures::stem(&face.muscles[m].name);
+            let name = without_side(&face.muscles[m].name);
             distinct(stems.iter().position(|s| s == name).unwrap_or(0))
         }
     };

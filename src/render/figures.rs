@@ -3,19 +3,14 @@
 use super::legend::BAR_SPACE;
 use super::scene::panel;
 use super::{Drawing, Image, LETTER, LINE, RenderError, Scene, Show, View};
-use crate::face::{Face, Muscle, Pose};
+use crate::face::{Face, Muscle, Pose, without_side};
 use crate::units::Vec3;
-
-/// The name of a muscle without its side.
-pub(super) fn stem(name: &str) -> &str {
-    name.strip_suffix("_l").or(name.strip_suffix("_r")).unwrap_or(name)
-}
 
 /// The names of the face's muscles without sides, each once, in order.
 pub fn muscle_stems(face: &Face) -> Vec<String> {
     let mut stems: Vec<String> = Vec::new();
     for muscle in &face.muscles {
-        let name = stem(&muscle.name);
+        let name = without_side(&muscle.name);
         if !stems.iter().any(|s| s == name) {
             stems.push(name.to_owned());
         }
@@ -93,12 +88,13 @@ pub fn force_sheet(scene: &Scene<'_>, muscles: &[&str]) -> Result<Image, RenderE
     let mut sheet = Image::new(FORCES.0 * 2, FORCES.1 * muscles.len());
     for (row, name) in muscles.iter().enumerate() {
         let all = &scene.face().muscles;
-        let named: Vec<&Muscle> = all.iter().filter(|m| stem(&m.name) == *name).collect();
+        let named: Vec<&Muscle> = all.iter().filter(|m| without_side(&m.name) == *name).collect();
         let Some(first) = named.first() else { continue };
         let side = if named.len() > 1 { " a side" } else { "" };
         let title =
             vec![name.replace('_', " "), format!("full activation, {:.1} N{side}", first.max_force_n)];
-        let activation: Vec<f64> = all.iter().map(|m| f64::from(u8::from(stem(&m.name) == *name))).collect();
+        let activation: Vec<f64> =
+            all.iter().map(|m| f64::from(u8::from(without_side(&m.name) == *name))).collect();
         let points = named.iter().flat_map(|m| &m.fibres).flat_map(|f| &f.points);
         let corners = [Vec3::repeat(AROUND_MM), Vec3::repeat(-AROUND_MM)];
         let both: Vec<Vec3> = points.flat_map(|p| corners.map(|c| p + c)).collect();

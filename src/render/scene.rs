@@ -13,7 +13,7 @@ use super::skin::Skin;
 use super::solid::Solid;
 use super::vermilion::Vermilion;
 use super::{Camera, Hit, Image, LINE, Layer, Margins, Projected, Refined, RenderError, Show, View};
-use crate::face::{Face, Pose};
+use crate::face::{Face, Pose, without_side};
 use crate::mesh::Site;
 use crate::units::Vec3;
 
@@ -210,7 +210,7 @@ impl<'f> Scene<'f> {
             }
         }
         let wanted = |m: usize| {
-            let stem = super::figures::stem(&self.face.muscles[m].name);
+            let stem = without_side(&self.face.muscles[m].name);
             drawing.only.is_empty() || drawing.only.iter().any(|o| o == stem)
         };
         if show.muscles {
@@ -354,11 +354,15 @@ impl<'f> Scene<'f> {
             return Err(RenderError::Size { width, height, least: MIN_SIDE, most: MAX_SIDE });
         }
         let (n, m) = (3 * self.face.mesh.n_nodes(), self.face.muscles.len());
-        if let Some(length) = drawing.length_mm
-            && 3 * length.len() != n
-        {
+        if let Some(length) = drawing.length_mm {
             let (what, found, expected) = ("length", length.len(), n / 3);
-            return Err(RenderError::Length { what, found, expected });
+            if found != expected {
+                return Err(RenderError::Length { what, found, expected });
+            }
+            // What is NaN is none.
+            if let Some(index) = length.iter().position(|v| v.is_infinite()) {
+                return Err(RenderError::NotFinite { what, index });
+            }
         }
         for (what, values, expected) in
             [("displacement", drawing.displacement, n), ("activation", drawing.activation, m)]
