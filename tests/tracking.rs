@@ -393,7 +393,10 @@ fn a_stiffness_that_follows_describes_the_face_that_stiffens() {
         let track = Track::new(&face, &recording, map.clone(), stiffness, false).expect("a subject");
         let frames = track.fit_all(|block| track.fit(block));
         assert!(frames.iter().all(|f| f.status == FrameStatus::Ok));
-        let checked = track.check(&frames, Strain::Linear).expect("a face that moves");
+        let told = std::cell::Cell::new(0);
+        let checked = track.check(&frames, Strain::Linear, |frames| told.set(told.get() + frames));
+        let checked = checked.expect("a face that moves");
+        assert_eq!(told.get(), track.blocks().len());
         assert!(checked.failed.is_empty() && checked.frames.len() == 1, "{checked:?}");
         let strongest = checked.frames[0].frame;
         let x = &frames[strongest].unknowns;

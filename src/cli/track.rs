@@ -60,7 +60,10 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     let blocks = TrackBlocks::new(&options.out, &key);
     let frames = fit(&track, &blocks, &mut progress)?;
     let summary = progress.step("sum_up", || track.summary(&loaded.face, &frames));
-    let checked = options.check.map(|strain| progress.step("check", || track.check(&frames, strain)));
+    let n_checked = track.blocks().len();
+    let checked = options.check.map(|strain| {
+        progress.counted_step("check", n_checked, "frames", |done| track.check(&frames, strain, done))
+    });
     let checked = checked
         .transpose()
         .map_err(|error| CliError::Study { face: loaded.called.clone(), error: Box::new(error) })?;

@@ -287,11 +287,16 @@ impl Track {
     }
 
     /// The face settled anew, its muscles as stiff as they are active, in the frame of each block in which the muscles do
-    /// most: what the model of the recording leaves out there.
+    /// most: what the model of the recording leaves out there. `done` hears of each frame that was.
     ///
     /// # Errors
     /// [`StudyError`] when the face cannot be modelled so.
-    pub fn check(&self, frames: &[TrackedFrame], strain: Strain) -> Result<Checked, StudyError> {
+    pub fn check(
+        &self,
+        frames: &[TrackedFrame],
+        strain: Strain,
+        done: impl Fn(usize),
+    ) -> Result<Checked, StudyError> {
         let face = self.model.face();
         let contact = !self.model.pairs().is_empty();
         let mover = Mover::new(face, Mechanics { strain, stiffness: Stiffness::Activated, contact })?;
@@ -331,6 +336,7 @@ impl Track {
                 Ok(found) => checked.frames.push(found),
                 Err(error) => checked.failed.push((frame, error)),
             }
+            done(1);
         }
         Ok(checked)
     }
