@@ -446,6 +446,30 @@ fn pressed_lips_come_to_a_stable_rest_in_few_factorisations() {
 }
 
 #[test]
+fn a_jaw_that_opens_wide_takes_the_tissue_along_in_few_factorisations() {
+    // 61 as it is. 467, by four steps of the load, where the tissue was to follow the jaw as it would at rest, through
+    // the teeth: every move of the jaw was then cut to a fiftieth.
+    let face = strong_face();
+    let model = FiniteModel::new(&face, Some(FaceContact::new(&face).unwrap())).unwrap();
+    let jaw = face.jaw.as_ref().unwrap();
+    let a = both_sides(&face, &[("zygomaticus_major", 0.2)]);
+    let state = model.settle(&a, &Pose::opened(jaw, 15.)).unwrap();
+    assert!(state.is_stable() && state.load_steps() == 1 && state.cost().factorisations <= 90);
+    let overlap = overlap(&face, state.displacement(), &Pose::opened(jaw, 15.));
+    assert!(overlap.off_bone_mm() <= 0.05, "{} mm", overlap.off_bone_mm());
+    // The jaw is where it was sent, and the face the one that is found by another way.
+    let bones = face.bone_displacement(&Pose::opened(jaw, 15.));
+    let held = model.potential().held().iter().enumerate().filter(|(_, held)| **held);
+    let off = held.map(|(dof, _)| (state.displacement()[dof] - bones[dof]).abs()).fold(0., f64::max);
+    assert!(off < 1e-12, "{off}");
+    let half = model.settle(&vec![0.; a.len()], &Pose::opened(jaw, 8.)).unwrap();
+    let other = model.settle_from(&half, &a, &Pose::opened(jaw, 15.)).unwrap();
+    let apart = other.positions().iter().zip(state.positions()).map(|(p, q)| (p - q).norm());
+    let apart = apart.fold(0., f64::max);
+    assert!(apart < 1e-4, "{apart} mm");
+}
+
+#[test]
 fn no_activation_has_a_slope_left_at_the_optimum_of_a_fit() {
     let face = strong_face();
     let model = FiniteModel::new(&face, Some(FaceContact::new(&face).unwrap())).unwrap();

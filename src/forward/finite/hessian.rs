@@ -23,7 +23,7 @@ pub(super) struct Hessian {
     pub(super) tissue: Vec<f64>,
     /// Of contact: as they are, and the nearest positive semidefinite ones.
     pub(super) contact: Option<[Vec<ContactBlock>; 2]>,
-    /// What was factorised last, but for a shift.
+    /// What was factorised last.
     pub(super) values: Vec<f64>,
     factor: Cholesky,
     /// Pairs of nodes `(i, j)`, `i > j`, that contact has joined.
@@ -77,13 +77,10 @@ impl Hessian {
     /// Factorises `H + tau shift`, with `shift` on the same pattern. False when that is not positive definite.
     pub(super) fn factorise(&mut self, curvature: Curvature, shift: Option<(f64, &[f64])>) -> bool {
         self.values = self.with(curvature);
-        match shift {
-            None => self.factor.renew(&self.values).is_ok(),
-            Some((tau, shift)) => {
-                let shifted: Vec<f64> = self.values.iter().zip(shift).map(|(h, k)| h + tau * k).collect();
-                self.factor.renew(&shifted).is_ok()
-            }
+        if let Some((tau, shift)) = shift {
+            self.values.iter_mut().zip(shift).for_each(|(h, k)| *h += tau * k);
         }
+        self.factor.renew(&self.values).is_ok()
     }
 
     /// The Hessian of the tissue of `body` at `x` (n, mm) without activation, on this pattern; `known` has it on that of

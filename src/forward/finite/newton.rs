@@ -27,6 +27,8 @@ const INEXACT: f64 = 0.1;
 const PUSH_MM: f64 = 0.01;
 /// Times that it is pushed.
 const MOST_PUSHES: usize = 3;
+/// Unbalanced force, as the share above, with which bones are moved on at once.
+const NEAR: f64 = 1e-2;
 /// Share of the way to the next touch that held dofs and teeth are moved at once.
 const SAFE: f64 = 0.5;
 /// First and greatest weight of the rest stiffness where the Hessian is indefinite.
@@ -135,7 +137,7 @@ impl<'p> Newton<'p> {
         bones: &Place,
         a: &[f64],
     ) -> Result<Option<Place>, ForwardError> {
-        let (mut place, mut to_go) = self.following(start, bones);
+        let (mut place, mut to_go) = (start.clone(), if self.is_there(start, bones) { 0. } else { 1. });
         let Some(pull) = self.pull(&place.x, a) else { return Ok(None) };
         let (mut is_whole, mut cut, mut pushes) = (true, 0, 0);
         for _ in 0..MOST_STEPS {
@@ -159,6 +161,11 @@ impl<'p> Newton<'p> {
             }
             if !self.factorise() {
                 return Ok(None);
+            }
+            if to_go > 0. && size <= NEAR * here.scale {
+                (place, to_go) = self.following(&place, bones);
+                self.cost.steps += 1;
+                continue;
             }
             let tolerance = f64::min(INEXACT, (size / here.scale).sqrt());
             let exact = if is_whole { self.exact_step(&here, tolerance) } else { None };
@@ -235,40 +242,46 @@ impl<'p> Newton<'p> {
     }
 
     /// `start` with held dofs and teeth brought towards where they are in `bones`, as far as nothing crosses or turns
-    /// inside out, the other dofs following as the stiffness at rest has it; and the share of the way that is left.
+    /// inside out, the other dofs following as the stiffness that was factorised last has it, contact included; and the
+    /// share of the way that is left.
     fn following(&self, start: &Place, bones: &Place) -> (Place, f64) {
         let mut lift = vec![0.; 3 * start.x.len()];
         for (dof, _) in self.potential.held().iter().enumerate().filter(|(_, held)| **held) {
             lift[dof] = bones.x[dof / 3][dof % 3] - start.x[dof / 3][dof % 3];
         }
-        let teeth = || start.obstacles.iter().flatten().zip(bones.obstacles.iter().flatten());
-        if lift.iter().all(|u| *u == 0.) && teeth().all(|(from, to)| from == to) {
-            return (start.clone(), 0.);
-        }
-        let mut push = self.metric.pattern.multiply(&self.metric.values, &lift);
-        push.iter_mut().for_each(|f| *f = -*f);
-        let follow = self.metric.factor().displacements(&[push]).swap_remove(0);
+        let teeth = start.obstacles.iter().zip(bones.obstacles.iter());
+        let teeth = teeth.map(|(from, to)| from.iter().zip(to).map(|(p, q)| q - p).collect()).collect();
+        let follow = self.potential.follow(&self.hessian, start, &lift, &Obstacles::new(teeth));
         let along = |share: f64| {
-            let moved = follow.as_chunks::<3>().0.iter().zip(lift.as_chunks::<3>().0);
-            let x =
-                start.x.iter().zip(moved).map(|(x, (u, l))| x + share * (Vec3::from(*u) + Vec3::from(*l)));
+            let moved = follow.as_chunks::<3>().0;
+            let x = start.x.iter().zip(moved).map(|(x, u)| x + share * Vec3::from(*u));
             let lists = start.obstacles.iter().zip(bones.obstacles.iter());
             let teeth = lists.map(|(from, to)| from.iter().zip(to).map(|(p, q)| p.lerp(q, share)).collect());
             Place { x: x.collect(), obstacles: Obstacles::new(teeth.collect()) }
         };
-        let whole = Place { obstacles: bones.obstacles.clone(), ..along(1.) };
-        let limit = self.potential.way(start, &whole).limit;
+        let longest = follow.iter().fold(0., |most: f64, u| most.max(u.abs()));
+        let most = (LONGEST_MM / longest).min(1.);
+        let farthest =
+            if most == 1. { Place { obstacles: bones.obstacles.clone(), ..along(1.) } } else { along(most) };
+        let limit = self.potential.way(start, &farthest).limit;
         let is_upright = |place: &Place| self.potential.body().is_upright(&place.x);
-        if limit == 1. && is_upright(&whole) {
-            return (whole, 0.);
+        if limit == 1. && is_upright(&farthest) {
+            return (farthest, 1. - most);
         }
-        let mut share = SAFE * limit;
+        let mut share = SAFE * limit * most;
         let mut there = along(share);
         while !is_upright(&there) {
             share *= 0.5;
             there = along(share);
         }
         (there, 1. - share)
+    }
+
+    /// Whether held dofs and teeth are at `place` where they are in `bones`.
+    fn is_there(&self, place: &Place, bones: &Place) -> bool {
+        let mut held = self.potential.held().iter().enumerate().filter(|(_, held)| **held);
+        held.all(|(dof, _)| place.x[dof / 3][dof % 3] == bones.x[dof / 3][dof % 3])
+            && place.obstacles == bones.obstacles
     }
 
     /// The forces of the muscles at `x`, as one number, N; `None` where a point is inside out.

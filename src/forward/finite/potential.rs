@@ -101,8 +101,27 @@ impl Potential {
         Ok(Some(gradient))
     }
 
+    /// The field (3n, mm) of all dofs as those that are held move by `lift` (3n, mm) and the teeth by `teeth` (mm) from
+    /// `place`, balance being kept to first order by the stiffness that `hessian` factorised last.
+    pub(super) fn follow(
+        &self,
+        hessian: &Hessian,
+        place: &Place,
+        lift: &[f64],
+        teeth: &Obstacles,
+    ) -> Vec<f64> {
+        let mut push = hessian.pattern.multiply(&hessian.values, lift);
+        if let Some(change) = self.contact_change(place, teeth) {
+            push.iter_mut().zip(change).for_each(|(f, c)| *f += c);
+        }
+        push.iter_mut().for_each(|f| *f = -*f);
+        let mut field = hessian.factor().displacements(&[push]).swap_remove(0);
+        field.iter_mut().zip(lift).for_each(|(u, lift)| *u += lift);
+        field
+    }
+
     /// Force (n, N) by which contact changes on the nodes as the teeth move by `step` from `place`.
-    pub(super) fn contact_change(&self, place: &Place, step: &Obstacles) -> Option<Vec<f64>> {
+    fn contact_change(&self, place: &Place, step: &Obstacles) -> Option<Vec<f64>> {
         /// Farthest that a tooth is moved to see the change, mm: a small share of any gap.
         const NUDGE_MM: f64 = 1e-5;
         let contact = self.contact.as_ref()?;

@@ -53,21 +53,11 @@ impl FiniteModel {
     pub fn tangent(&self, state: &FiniteState, jaw: Option<(JawRange, f64)>) -> Option<Tangent> {
         let (_, muscles) = self.potential().body().forces(state.positions())?;
         let dense = |forces: Vec<Vec3>| forces.into_iter().flat_map(|f| [-f.x, -f.y, -f.z]).collect();
-        let mut loads: Vec<Vec<f64>> = muscles.into_iter().map(dense).collect();
-        let held = jaw.map(|(range, share)| self.opening_slope(range, share));
-        if let Some(held) = &held {
-            let mut push = state.hessian().pattern.multiply(&state.hessian().values, held);
-            if let Some((range, share)) = jaw
-                && let Some(change) =
-                    self.potential().contact_change(state.place(), &self.teeth_slope(range, share))
-            {
-                push.iter_mut().zip(change).for_each(|(f, c)| *f += c);
-            }
-            loads.push(push.iter().map(|f| -f).collect());
-        }
+        let loads: Vec<Vec<f64>> = muscles.into_iter().map(dense).collect();
         let mut fields = state.factor().displacements(&loads);
-        if let (Some(held), Some(field)) = (held, fields.last_mut()) {
-            field.iter_mut().zip(held).for_each(|(u, held)| *u += held);
+        if let Some((range, share)) = jaw {
+            let (bones, teeth) = (self.opening_slope(range, share), self.teeth_slope(range, share));
+            fields.push(self.potential().follow(state.hessian(), state.place(), &bones, &teeth));
         }
         let muscles = self.face().muscles.iter().map(|m| m.name.clone()).collect();
         Some(Tangent { fields, muscles, jaw: jaw.map(|(range, _)| range) })
