@@ -200,9 +200,12 @@ fn faces_and_their_tables() {
     let put = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
     let [face, fibres] = &corpus("face")[..] else { panic!("a face and its fibres") };
     put("a.vtu", &corpus("vtu")[0]);
-    for (name, whole) in [("face.toml", face), ("fibres.csv", fibres)] {
+    let tables = corpus("fibres");
+    let tables = tables.iter().map(|table| ("fibres.csv", table));
+    for (name, whole) in [("face.toml", face)].into_iter().chain(tables) {
         put("face.toml", face);
         put("fibres.csv", fibres);
+        put(name, whole);
         read_face(&folder.path().join("face.toml"), None).unwrap_or_else(|e| panic!("{e}"));
         let mut random = Random(7);
         for round in 0..ROUNDS / 5 {
