@@ -292,6 +292,17 @@ fn crossed_bounds_are_refused() {
 }
 
 #[test]
+fn an_effort_of_another_norm_is_refused() {
+    let good = parse(&GOOD.replacen("effort = 0.1", "effort = 0.1\neffort_norm = \"l1\"", 1)).expect("good");
+    assert_eq!(good.target.effort_norm, modiolus::inverse::EffortNorm::L1);
+    assert_eq!(parse(GOOD).expect("good").target.effort_norm, modiolus::inverse::EffortNorm::L2);
+    let norm = "effort = 0.1\neffort_norm = \"l3\"";
+    refused("effort = 0.1", norm, &["t.toml:4: effort_norm", "\"l3\"", "l1", "l2"]);
+    refused("effort = 0.1", "effort = 0.1\neffort_norm = 1", &["t.toml:4: effort_norm", "l1"]);
+    refused("effort = 0.1", "effort = 0.1\neffort_nrom = \"l1\"", &["t.toml:4", "did you mean effort_norm?"]);
+}
+
+#[test]
 fn a_negative_effort_is_refused() {
     refused("effort = 0.1", "effort = -0.1", &["t.toml:3: effort", "-0.1"]);
     refused("effort = 0.1", "effort = nan", &["t.toml:3: effort", "finite"]);

@@ -9,7 +9,7 @@ use common::faces::{Body, names, observations, target};
 use modiolus::face::{Face, Landmark, Muscle, MuscleTissue, Tissue};
 use modiolus::forward::Response;
 use modiolus::inverse::{
-    Axis, Bound, Component, ContactMode, Distance, Effort, Feature, FeatureGoal, Goal, Marker,
+    Axis, Bound, Component, ContactMode, Distance, Effort, EffortNorm, Feature, FeatureGoal, Goal, Marker,
     MarkerDisplacement, MarkerPosition, MirroredPair, MirroredPoints, Observations, Place, Problem, Solution,
     State, Status, Target, TargetError, Term, Warning, objective,
 };
@@ -100,7 +100,7 @@ fn every_term() -> Vec<Box<dyn Term>> {
             sigma_mm: 0.5,
         }),
         Box::new(MirroredPoints { left: 0, right: 2, sigma_mm: 0.9 }),
-        Box::new(Effort::even(4, 0.4)),
+        Box::new(Effort::even(4, 0.4, EffortNorm::L2)),
     ]
 }
 

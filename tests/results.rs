@@ -364,6 +364,38 @@ fn a_gallery_has_a_picture_of_both_strains_and_figures_of_each_target() {
     );
 }
 
+/// With a sparse effort the objective is that of the residuals and of the slopes that are exported with them.
+#[test]
+fn the_program_of_a_sparse_effort_has_its_slopes() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = put(&dir, "a.toml", "corner", 1.0, "");
+    let text = fs::read_to_string(&path).expect("there");
+    let text = text.replace("effort = 0.1", "effort = 0.1\neffort_norm = \"l1\"\neffort_by = \"force\"");
+    fs::write(&path, text).expect("written");
+    let mut command = modiolus(&dir);
+    command.args(["fit", "a.toml", "--face", "standard_coarse", "--out", "fitted"]).assert().success();
+    let (code, _, stderr) = run(modiolus(&dir).args(["export", "fitted", "--to", "npz", "--out", "a.npz"]));
+    assert_eq!(code, 0, "{stderr}");
+    let bytes = fs::read(dir.path().join("a.npz")).expect("written");
+    let numbers = |name: &str| numbers(&bytes, name);
+    let (x, q, r, v) = (numbers("x"), numbers("q"), numbers("residual_matrix"), numbers("residual_value"));
+    let (slopes, parts, n) = (numbers("part_slope"), numbers("part_objective"), x.len());
+    let own = |rows: &[f64], k: usize| rows.iter().skip(k).step_by(n).copied().collect::<Vec<f64>>();
+    for (k, q) in q.iter().enumerate() {
+        let pulled: f64 = own(&r, k).iter().zip(&v).map(|(r, v)| r * v).sum();
+        let slope: f64 = own(&slopes, k).iter().sum();
+        assert!((pulled + slope - q).abs() < 1e-9 * q.abs().max(1.), "{k}: {pulled} {slope} {q}");
+    }
+    // One marker, then the effort: of its force relative to the mean, so that muscles differ.
+    let effort: f64 = slopes.iter().skip(n).zip(&x).map(|(slope, x)| slope * x).sum();
+    assert!(
+        parts.len() == 2 && effort > 0. && (parts[1] - effort).abs() < 1e-12 * effort,
+        "{parts:?} {effort}"
+    );
+    let differ = slopes[n..].iter().filter(|slope| **slope > 0.).any(|slope| *slope != slopes[n]);
+    assert!(differ && slopes[..n].iter().all(|slope| *slope == 0.), "{slopes:?}");
+}
+
 /// The program of a result, whose arrays `tests/interop/check_certificate.py` checks.
 #[test]
 fn the_program_of_a_result_is_exported_in_three_forms_and_only_of_what_it_was_fitted_from() {
@@ -383,6 +415,7 @@ fn the_program_of_a_result_is_exported_in_three_forms_and_only_of_what_it_was_fi
     let objective = quadratic + q.iter().zip(&x).map(|(q, x)| q * x).sum::<f64>() + r;
     let parts: f64 = numbers("part_objective").iter().sum();
     assert!((objective - parts).abs() < 1e-9 * objective.max(1.), "{objective} {parts}");
+    assert!(numbers("part_slope").iter().all(|slope| *slope == 0.), "squares have no slope");
     let answer: Value =
         serde_json::from_slice(&fs::read(dir.path().join("fitted/solution.json")).expect("there"))
             .expect("JSON");

@@ -34,17 +34,17 @@ impl Misfit {
         squares: &DVector<f64>,
     ) -> Option<Self> {
         let data: Vec<usize> = program
-            .parts()
+            .shares()
             .iter()
-            .filter(|(part, _)| part.is_data())
-            .flat_map(|(_, rows)| rows.clone())
+            .filter(|share| share.part.is_data())
+            .flat_map(|share| share.rows.clone())
             .collect();
         if data.is_empty() {
             return None;
         }
-        let residuals = program.reduced();
-        let matrix = residuals.matrix.select_rows(&data) * &free.transform;
-        let value = residuals.at(&free.offset).select_rows(&data);
+        let reduced = program.reduced();
+        let matrix = reduced.matrix.select_rows(&data) * &free.transform;
+        let value = reduced.at(&free.offset).select_rows(&data);
         let seen = program.by_observed().select_rows(&data);
         let model = discrepancy.covariance(&program.points_mm, &program.space().observed, squares);
         let noise = DMatrix::identity(data.len(), data.len()) + &seen * model * seen.transpose();

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::piece::Piece;
 use super::pivot::Found;
 use super::problem::{ContactMode, InverseError, Problem};
-use super::program::{Linearisation, Residuals};
+use super::program::{Linearisation, Objective};
 use super::report;
 use super::solution::{Solution, Status};
 use super::term::{State, objective};
@@ -38,14 +38,14 @@ pub(super) struct Iterate {
     pub(super) state: State,
     /// Contact forces (c), N.
     pub(super) forces: DVector<f64>,
-    /// `1/2 sum r^2` at the state, of the nonlinear model.
+    /// That of the nonlinear model at the state.
     pub(super) objective: f64,
     /// The target on the tangent at the state.
     pub(super) tangent: Problem,
     /// The terms linearised at the state.
     pub(super) terms: Linearisation,
-    /// The residuals over the unknowns, the contacts that press held closed.
-    pub(super) residuals: Residuals,
+    /// The objective over the unknowns, the contacts that press held closed.
+    pub(super) reduced: Objective,
 }
 
 impl<'a> ActivatedProblem<'a> {
@@ -187,13 +187,13 @@ impl<'a> ActivatedProblem<'a> {
         let objective = objective(tangent.terms(), &state);
         let terms = tangent.linearise(&state);
         let forces = equilibrium.contact_forces;
-        let residuals = match &tangent.contact {
+        let reduced = match &tangent.contact {
             Some(contact) if self.mode == ContactMode::Reactions => {
-                terms.residuals(&Piece::new(&tangent.space, contact, self::touching(&forces)).space)
+                terms.over(&Piece::new(&tangent.space, contact, self::touching(&forces)).space)
             }
-            _ => terms.residuals(&tangent.space),
+            _ => terms.over(&tangent.space),
         };
-        Ok(Iterate { state, forces, objective, tangent, terms, residuals })
+        Ok(Iterate { state, forces, objective, tangent, terms, reduced })
     }
 }
 

@@ -33,7 +33,7 @@ pub enum RelaxationEnd {
 /// What branching found.
 #[derive(Clone, Debug)]
 pub(super) struct Bound {
-    /// `1/2 sum r^2` that no point goes below.
+    /// The objective that no point goes below.
     pub(super) lower: f64,
     /// Relaxations solved.
     pub(super) nodes: usize,

@@ -59,15 +59,15 @@ impl Landscape<'_> {
         let mut radius = FIRST_RADIUS;
         for _ in 0..MOST_STEPS {
             let piece = Piece::on(self.space, self.contact, here.touching.clone());
-            let residuals = self.terms.residuals(&piece.space);
+            let model = self.terms.over(&piece.space);
             let trust = TrustRegion { centre: here.activation.clone(), radius };
             let mut limits: Vec<&dyn Limit> = self.limits.to_vec();
             if allowed {
                 limits.push(&trust);
             }
-            let Answer::Solved(solution) = qp::solve(&build(&residuals, &limits).problem)? else { break };
+            let Answer::Solved(solution) = qp::solve(&build(&model, &limits).problem)? else { break };
             let proposed = solution.point.x;
-            let predicted = here.objective - residuals.objective(&proposed);
+            let predicted = here.objective - model.objective(&proposed);
             let Some(next) = self.at(&proposed, Some(&here.touching)) else { break };
             if !allowed {
                 (here, allowed) = (next, true);

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::limit::Limit;
 use super::piece::{Outcome, Piece};
+use super::pivot::Found;
 use super::problem::{MarkerAim, Problem};
 use super::program::Linearisation;
 use super::solution::{ActiveLimit, LimitKind, MarkerFit};
@@ -17,6 +18,10 @@ use super::warning::Warning;
 
 /// Influence below this share of the strongest muscle's is none; angles below it are parallel.
 const NEGLIGIBLE: f64 = 1e-9;
+/// Multiplier of a limit that holds an unknown back, at least, as a share of the greatest slope of the effort.
+const PUSHING: f64 = 1e-7;
+/// Part of a direction of length one from which an unknown is named.
+const PART: f64 = 1e-6;
 /// Residuals beyond this many standard deviations ask for an explanation.
 const FAR: f64 = 3.0;
 /// Residual of an outlier, as a multiple of the median one,
@@ -58,7 +63,7 @@ fn influence(problem: &Problem) -> Vec<Warning> {
     let rest = problem.rest();
     let data = problem.terms.iter().map(AsRef::as_ref).filter(|term| !is_effort(*term, problem));
     let space = &problem.space;
-    let matrix = Linearisation::new(data, &rest).residuals(space).matrix;
+    let matrix = Linearisation::new(data, &rest).over(space).matrix;
     if matrix.nrows() == 0 {
         return Vec::new();
     }
@@ -98,13 +103,64 @@ fn is_free(problem: &Problem, j: usize, k: usize) -> bool {
 }
 
 /// Whether the terms leave a direction of the free unknowns open: the rank of their residuals at rest, without
-/// contact, against the number of unknowns that are neither fixed nor tied to another. An effort has full rank.
+/// contact, against the number of unknowns that are neither fixed nor tied to another. An effort of squares has full rank;
+/// whether a linear one decides only its answer shows ([`undecided`]).
 fn underdetermined(problem: &Problem) -> Option<Warning> {
+    if is_linear(problem) {
+        return None;
+    }
     let free = FreeUnknowns::new(&problem.bounds, &problem.tied).transform;
-    let terms = problem.linearise(&problem.rest()).residuals(&problem.space).matrix;
+    let terms = problem.linearise(&problem.rest()).over(&problem.space).matrix;
     let columns = terms * &free;
     let (components, muscles) = (rank(&columns), free.ncols());
     (components < muscles).then_some(Warning::Underdetermined { components, muscles })
+}
+
+fn is_linear(problem: &Problem) -> bool {
+    problem.terms.iter().any(|term| !term.slopes().is_empty())
+}
+
+/// Whether other activations are as good as those of `found` where the effort is linear: it decides where the residuals
+/// have full rank over the directions in which no multiplier holds the unknowns back.
+///
+/// Source: Tibshirani, The lasso problem and uniqueness, Electron J Stat 7:1456 (2013), section 2.3; the limits that push
+/// stand in for the signs there.
+pub(super) fn undecided(problem: &Problem, found: &Found) -> Option<Warning> {
+    if !is_linear(problem) {
+        return None;
+    }
+    let point = &found.optimum.point;
+    let model = problem.linearise(&found.optimum.state).over(&found.piece.space);
+    let transform = FreeUnknowns::new(&problem.bounds, &problem.tied).transform;
+    let pushes = transform.tr_mul(&(&point.lower + &point.upper));
+    let pushing = PUSHING * model.slope.amax();
+    let idle: Vec<usize> = (0..pushes.len()).filter(|&k| pushes[k] <= pushing).collect();
+    let directions = transform.select_columns(&idle);
+    // Contacts that push hold back what would open or close them.
+    let held = found.piece.pushing(&point.inequality);
+    let seen: Vec<DVector<f64>> = [&model.matrix, &held]
+        .into_iter()
+        .flat_map(|rows| (rows * &directions).row_iter().map(|row| row.transpose()).collect::<Vec<_>>())
+        .collect();
+    if idle.is_empty() {
+        return None;
+    }
+    let seen = match seen.is_empty() {
+        true => DMatrix::zeros(idle.len(), 1),
+        false => DMatrix::from_columns(&seen),
+    };
+    // The left singular vectors of all rows as columns: those without a singular value are not seen.
+    let square = seen.clone().resize_horizontally(seen.ncols().max(idle.len()), 0.);
+    let svd = square.svd(true, false);
+    let (free, values) = (svd.u?, svd.singular_values);
+    let unseen: Vec<DVector<f64>> = (0..values.len())
+        .filter(|&k| values[k] <= NEGLIGIBLE * values.amax())
+        .map(|k| &directions * free.column(k))
+        .collect();
+    let takes_part = |k: &usize| unseen.iter().any(|way| way[*k].abs() > PART);
+    let muscles: Vec<String> =
+        (0..problem.n_unknowns()).filter(takes_part).map(|k| problem.name_of(k).to_owned()).collect();
+    (!muscles.is_empty()).then_some(Warning::Undecided { muscles })
 }
 
 /// Singular values above a negligible share of the largest.

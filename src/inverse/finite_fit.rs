@@ -6,7 +6,7 @@ use super::kink::{Side, mixed};
 use super::limits::TrustRegion;
 use super::pivot::{Failure, Found};
 use super::problem::{ContactMode, InverseError, Problem};
-use super::program::{Residuals, build};
+use super::program::{Objective, build};
 use super::residual_curvature::ResidualCurvature;
 use super::sequential::SequentialStep;
 use super::solution::{Solution, Status};
@@ -38,7 +38,7 @@ const SAME: f64 = 1e-3;
 /// Distance between two states of the same activations, mm, by which the answer depends on the path.
 const SAME_MM: f64 = 0.01;
 
-/// A target on a face at finite strain: `min 1/2 |r(P u(x), x)|^2`, where `u(x)` is the face at rest under the unknowns.
+/// A target on a face at finite strain: `min 1/2 |r(P u(x), x)|^2 + slope'x`, where `u(x)` is the face at rest under the unknowns.
 ///
 /// One loop: the tangent of the face at rest makes one program, within a trust region; the face is brought to rest
 /// under what it proposes, from where its tangent predicts it, and the step is judged by the objective there.
@@ -79,15 +79,15 @@ struct Here {
     tangent: Tangent,
     problem: Problem,
     seen: State,
-    residuals: Residuals,
+    model: Objective,
     objective: f64,
 }
 
 /// Where one start led.
 struct End {
     here: Here,
-    /// The answer of the last program, and that program's residuals.
-    found: Option<(Found, Residuals)>,
+    /// The answer of the last program, and that program's objective.
+    found: Option<(Found, Objective)>,
     status: Status,
     /// Displacements `P u` (d), mm, at its start.
     start_mm: DVector<f64>,
@@ -189,11 +189,11 @@ impl FiniteFit<'_> {
         let mut sides: Vec<Side> = Vec::new();
         for _ in 0..MOST_STEPS {
             let trust = TrustRegion { centre: here.seen.activation.clone(), radius };
-            let reached = |model: &Residuals| {
+            let reached = |model: &Objective| {
                 let terms = curvature.terms(model, &here.seen);
                 here.problem.minimise(ContactMode::Off, &terms, None, Some(&trust))
             };
-            let best = |model: &Residuals| match reached(model)? {
+            let best = |model: &Objective| match reached(model)? {
                 Ok(found) => Ok(found.optimum.state.activation),
                 Err(_) => Ok::<_, InverseError>(here.seen.activation.clone()),
             };
@@ -234,7 +234,7 @@ impl FiniteFit<'_> {
                 radius = (2. * radius).min(1.);
             }
             told(&step);
-            let [before, after] = [&here, &next].map(|at| (&at.seen.activation, &at.residuals));
+            let [before, after] = [&here, &next].map(|at| (&at.seen.activation, &at.model));
             curvature.learn(before, after);
             if step.taken {
                 sides.push(here.side());
@@ -298,19 +298,19 @@ impl FiniteFit<'_> {
         let problem = Problem::new(self.target, self.observations, &response)?;
         let seen = State { observed, activation: x };
         let objective = objective(problem.terms(), &seen);
-        let residuals = problem.linearise(&seen).residuals(&problem.space);
-        Ok(Here { state, tangent, problem, seen, residuals, objective })
+        let model = problem.linearise(&seen).over(&problem.space);
+        Ok(Here { state, tangent, problem, seen, model, objective })
     }
 }
 
 impl Here {
     fn side(&self) -> Side {
-        Side { at: self.seen.activation.clone(), residuals: self.residuals.clone() }
+        Side { at: self.seen.activation.clone(), model: self.model.clone() }
     }
 
     /// This state as a point of the program of `model`, with the multipliers of `found`, and how well it satisfies the
     /// optimality conditions.
-    fn certified(&self, found: &Found, model: &Residuals) -> (Point, Certificate) {
+    fn certified(&self, found: &Found, model: &Objective) -> (Point, Certificate) {
         let mut point = found.optimum.point.clone();
         point.x.copy_from(&self.seen.activation);
         let program = build(model, &[&self.problem.bounds, &self.problem.tied]);

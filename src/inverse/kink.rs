@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::program::Residuals;
+use super::program::Objective;
 
 /// Halvings of the share that one side gives to another.
 const HALVINGS: usize = 24;
@@ -11,20 +11,20 @@ const MOST_EXCHANGES: usize = 40;
 /// Difference of the slopes of two sides along a step, as a share of the steepest of them, that is none.
 const EQUAL: f64 = 1e-6;
 
-/// Residuals linearised on one side of a kink.
+/// The objective on one side of a kink.
 #[derive(Clone, Debug)]
 pub(super) struct Side {
     /// Where (n),
     pub(super) at: DVector<f64>,
-    /// and what they are about it.
-    pub(super) residuals: Residuals,
+    /// and what it is about there.
+    pub(super) model: Objective,
 }
 
 impl Side {
     /// The same residuals and slopes taken to be those at `x`.
-    fn brought_to(&self, x: &DVector<f64>) -> Residuals {
-        let value = self.residuals.at(&self.at) - &self.residuals.matrix * x;
-        Residuals { matrix: self.residuals.matrix.clone(), value }
+    fn brought_to(&self, x: &DVector<f64>) -> Objective {
+        let value = self.model.at(&self.at) - &self.model.matrix * x;
+        Objective { value, ..self.model.clone() }
     }
 }
 
@@ -41,12 +41,12 @@ impl Side {
 pub(super) fn mixed<'a, E>(
     here: &Side,
     others: impl Iterator<Item = &'a Side>,
-    mut best: impl FnMut(&Residuals) -> Result<DVector<f64>, E>,
-) -> Result<Residuals, E> {
+    mut best: impl FnMut(&Objective) -> Result<DVector<f64>, E>,
+) -> Result<Objective, E> {
     let x = &here.at;
-    let sides: Vec<Residuals> =
-        std::iter::once(here.residuals.clone()).chain(others.map(|side| side.brought_to(x))).collect();
-    let slopes: Vec<DVector<f64>> = sides.iter().map(|side| side.matrix.tr_mul(&side.at(x))).collect();
+    let sides: Vec<Objective> =
+        std::iter::once(here.model.clone()).chain(others.map(|side| side.brought_to(x))).collect();
+    let slopes: Vec<DVector<f64>> = sides.iter().map(|side| side.gradient(x)).collect();
     let mut shares = vec![0.; sides.len()];
     shares[0] = 1.;
     for _ in 0..MOST_EXCHANGES {
@@ -84,9 +84,9 @@ pub(super) fn mixed<'a, E>(
     Ok(mixture(&sides, &shares))
 }
 
-/// `sum_k share_k 1/2 |r_k|^2` as the residuals of all sides that have a share.
-fn mixture(sides: &[Residuals], shares: &[f64]) -> Residuals {
-    let mixed: Vec<(&Residuals, f64)> = sides
+/// `sum_k share_k (1/2 |r_k|^2 + slope_k'x)` with the residuals of all sides that have a share.
+fn mixture(sides: &[Objective], shares: &[f64]) -> Objective {
+    let mixed: Vec<(&Objective, f64)> = sides
         .iter()
         .zip(shares)
         .filter(|(_, share)| **share > 0.)
@@ -95,38 +95,39 @@ fn mixture(sides: &[Residuals], shares: &[f64]) -> Residuals {
     let rows = mixed.iter().map(|(side, _)| side.matrix.nrows()).sum();
     let mut matrix = DMatrix::zeros(rows, sides[0].matrix.ncols());
     let mut value = DVector::zeros(rows);
+    let mut slope = DVector::zeros(matrix.ncols());
     let mut first = 0;
     for (side, weight) in mixed {
         let rows = side.matrix.nrows();
         matrix.rows_mut(first, rows).copy_from(&(weight * &side.matrix));
         value.rows_mut(first, rows).copy_from(&(weight * &side.value));
+        slope.axpy(weight * weight, &side.slope, 1.);
         first += rows;
     }
-    Residuals { matrix, value }
+    Objective { matrix, value, slope }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Gradient (n) of `1/2 |r|^2` at `x`.
-    fn gradient(residuals: &Residuals, x: &DVector<f64>) -> DVector<f64> {
-        residuals.matrix.tr_mul(&residuals.at(x))
-    }
-
     /// `1/2 (x^2 + (y - 1)^2) + pull x`, as residuals linearised at `x`: two pieces with `pull` of either sign are the
     /// sides of a kink along `x = 0`, whose optimum is (0, 1).
     fn side(pull: f64, at: [f64; 2]) -> Side {
-        let residuals =
-            Residuals { matrix: DMatrix::identity(2, 2), value: DVector::from_column_slice(&[pull, -1.]) };
-        Side { at: DVector::from_column_slice(&at), residuals }
+        Side { at: DVector::from_column_slice(&at), model: model([pull, -1.]) }
+    }
+
+    /// `1/2 |x + value|^2`.
+    fn model(value: [f64; 2]) -> Objective {
+        let value = DVector::from_column_slice(&value);
+        Objective { matrix: DMatrix::identity(2, 2), value, slope: DVector::zeros(2) }
     }
 
     /// The best point within `radius`.
-    fn within(radius: f64, centre: DVector<f64>) -> impl Fn(&Residuals) -> Result<DVector<f64>, ()> {
+    fn within(radius: f64, centre: DVector<f64>) -> impl Fn(&Objective) -> Result<DVector<f64>, ()> {
         move |model| {
             let normal = model.matrix.tr_mul(&model.matrix);
-            let free = normal.lu().solve(&(-model.matrix.tr_mul(&model.value))).ok_or(())?;
+            let free = normal.lu().solve(&-model.gradient(&DVector::zeros(2))).ok_or(())?;
             Ok(free.zip_map(&centre, |x, c| x.clamp(c - radius, c + radius)))
         }
     }
@@ -136,8 +137,8 @@ mod tests {
         let here = side(0.3, [1e-6, 1.]);
         let best = within(1e-3, here.at.clone());
         let model = mixed(&here, [side(-0.1, [-1e-6, 1.])].iter(), &best).unwrap();
-        assert!(gradient(&here.residuals, &here.at).amax() > 0.2);
-        assert!(gradient(&model, &here.at).amax() < 1e-6, "{}", gradient(&model, &here.at));
+        assert!(here.model.gradient(&here.at).amax() > 0.2);
+        assert!(model.gradient(&here.at).amax() < 1e-6, "{}", model.gradient(&here.at));
     }
 
     #[test]
@@ -145,10 +146,7 @@ mod tests {
         // `1/2 (x^2 + y^2) + 0.3 |x| + 0.2 |y| + 0.05 x`: two kinks that cross at its optimum.
         let piece = |pulls: [f64; 2], at: [f64; 2]| Side {
             at: DVector::from_column_slice(&at),
-            residuals: Residuals {
-                matrix: DMatrix::identity(2, 2),
-                value: DVector::from_column_slice(&[pulls[0] + 0.05, pulls[1]]),
-            },
+            model: model([pulls[0] + 0.05, pulls[1]]),
         };
         let here = piece([0.3, 0.2], [1e-6, 1e-6]);
         let others = [
@@ -158,9 +156,9 @@ mod tests {
         ];
         let best = within(1e-3, here.at.clone());
         let model = mixed(&here, others.iter(), &best).unwrap();
-        assert!(gradient(&model, &here.at).amax() < 1e-5, "{}", gradient(&model, &here.at));
+        assert!(model.gradient(&here.at).amax() < 1e-5, "{}", model.gradient(&here.at));
         let two = mixed(&here, others[..1].iter(), &best).unwrap();
-        assert!(gradient(&two, &here.at).amax() > 0.1);
+        assert!(two.gradient(&here.at).amax() > 0.1);
     }
 
     #[test]
@@ -178,6 +176,6 @@ mod tests {
         let best = within(1e-3, here.at.clone());
         let model = mixed(&here, [side(0.4, [0.2, 1.])].iter(), &best).unwrap();
         // Both go down the same way; the lesser slope promises less.
-        assert!((gradient(&model, &here.at)[0] - 0.5).abs() < 1e-12);
+        assert!((model.gradient(&here.at)[0] - 0.5).abs() < 1e-12);
     }
 }

@@ -41,15 +41,15 @@ pub use limit::{Constraint, Constraints, Limit, LimitName};
 pub use limits::{ActivationBounds, ContactReactions, KinematicContact, TiedPairs, TrustRegion};
 pub use observations::Observations;
 pub use problem::{ContactMode, InverseError, Problem};
-pub use program::{Linearisation, Program, Residuals, Space, build};
+pub use program::{Linearisation, Objective, Program, Space, build};
 pub use sequential::{ActivatedSolution, SequentialQp, SequentialState, SequentialStep};
 pub use solution::{
     Activations, ActiveLimit, ContactReport, FeatureFit, LimitKind, MarkerFit, Residual, Solution, Status,
 };
-pub use tangent_program::{FreeUnknowns, Part, TangentProgram};
+pub use tangent_program::{FreeUnknowns, Part, Share, TangentProgram};
 pub use target::{
-    Axis, Bound, EffortMeasure, Expected, Feature, FeatureGoal, Goal, JawOpening, Loss, Marker, MirroredPair,
-    MuscleCost, Place, Prior, Target,
+    Axis, Bound, EffortMeasure, EffortNorm, Expected, Feature, FeatureGoal, Goal, JawOpening, Loss, Marker,
+    MirroredPair, MuscleCost, Place, Prior, Target,
 };
 pub use term::{Row, State, Term, objective};
 pub use terms::{

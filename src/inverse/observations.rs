@@ -2,7 +2,7 @@
 
 use super::error::TargetError;
 use super::spelling::nearest;
-use super::target::{EffortMeasure, JawOpening, Place, Target};
+use super::target::{EffortMeasure, EffortNorm, JawOpening, Place, Target};
 use crate::face::{Face, Muscle, polyline_length};
 use crate::mesh::Site;
 use crate::units::Vec3;
@@ -102,20 +102,21 @@ impl Observations {
             }
         }
         (observations.markers, observations.features, observations.symmetry) = (markers, features, symmetry);
-        observations.cost = costs(target.effort_by, face);
+        observations.cost = costs(target.effort_by, target.effort_norm, face);
         Ok(observations)
     }
 }
 
 /// What each muscle of `face` costs, relative to their mean; empty where all cost the same.
-fn costs(measure: EffortMeasure, face: &Face) -> Vec<f64> {
+fn costs(measure: EffortMeasure, norm: EffortNorm, face: &Face) -> Vec<f64> {
     let of = |muscle: &Muscle| {
         let lengths: f64 =
             muscle.fibres.iter().map(|fibre| polyline_length(&fibre.points, fibre.closed)).sum();
-        match measure {
-            EffortMeasure::Activation => 1.,
-            EffortMeasure::Force => muscle.max_force_n.powi(2),
-            EffortMeasure::Volume => muscle.max_force_n * lengths / muscle.fibres.len().max(1) as f64,
+        match (measure, norm) {
+            (EffortMeasure::Activation, _) => 1.,
+            (EffortMeasure::Force, EffortNorm::L1) => muscle.max_force_n,
+            (EffortMeasure::Force, EffortNorm::L2) => muscle.max_force_n.powi(2),
+            (EffortMeasure::Volume, _) => muscle.max_force_n * lengths / muscle.fibres.len().max(1) as f64,
         }
     };
     if measure == EffortMeasure::Activation {

@@ -44,7 +44,7 @@ pub(super) struct Optimum {
     pub(super) state: State,
     /// `lambda` (c), N.
     pub(super) force: DVector<f64>,
-    /// `1/2 sum r^2` of the linearised terms.
+    /// That of the linearised terms.
     pub(super) objective: f64,
     /// Multipliers of the piece's program over the activations, with one inequality a contact.
     pub(super) point: Point,
@@ -205,14 +205,14 @@ impl Piece {
     ) -> Result<Outcome, ProblemError> {
         let size = |i: usize| self.slack_size[i];
         let constant = |i: usize, slack: &Slack| slack.coefficients.amax() <= CONSTANT * size(i);
-        let residuals = terms.residuals(&self.space);
+        let model = terms.over(&self.space);
         let mut rows: BTreeMap<usize, Slack> = working.iter().map(|&i| (i, self.slack(i))).collect();
         rows.retain(|&i, slack| !constant(i, slack));
         loop {
             let slacks = Slacks(self, &rows);
             let mut all: Vec<&dyn Limit> = limits.to_vec();
             all.push(&slacks);
-            let solution = match qp::solve(&build(&residuals, &all).problem)? {
+            let solution = match qp::solve(&build(&model, &all).problem)? {
                 Answer::Solved(solution) => solution,
                 Answer::Infeasible(proof) => return Ok(Outcome::Infeasible(Some(proof))),
                 Answer::NotConverged(_) | Answer::Unbounded(_) => return Ok(Outcome::NotConverged),
@@ -236,7 +236,7 @@ impl Piece {
                 }
             }
             if rows.len() == before {
-                let objective = residuals.objective(&solution.point.x);
+                let objective = model.objective(&solution.point.x);
                 let rows: Vec<usize> = rows.into_keys().collect();
                 let optimum = self.finish(terms, solution.point, objective, &rows, &slack);
                 return Ok(Outcome::Optimum(Box::new(optimum)));
@@ -313,6 +313,14 @@ impl Piece {
             .collect()
     }
 
+    /// The slacks of the contacts with a `multiplier` (c) as rows over the unknowns (k x n), each of length one.
+    pub(super) fn pushing(&self, multiplier: &DVector<f64>) -> DMatrix<f64> {
+        let pushing = (0..multiplier.len()).filter(|&i| multiplier[i] > 0.0);
+        let rows: Vec<DVector<f64>> =
+            pushing.map(|i| self.slack(i).coefficients).filter(|row| row.norm() > 0.0).collect();
+        DMatrix::from_fn(rows.len(), self.force_map.ncols(), |i, j| rows[i][j] / rows[i].norm())
+    }
+
     /// Open contacts whose gap holds the optimum back.
     fn pushed(&self, multiplier: &DVector<f64>) -> Vec<usize> {
         (0..multiplier.len()).filter(|&j| !self.touches(j) && multiplier[j] != 0.0).collect()
@@ -377,6 +385,7 @@ mod tests {
     use super::*;
     use crate::contact::PairKind;
     use crate::inverse::limits::{ActivationBounds, ContactReactions};
+    use crate::inverse::target::EffortNorm;
     use crate::inverse::term::Term;
     use crate::inverse::terms::{Effort, MarkerDisplacement};
     use crate::qp::Certificate;
@@ -399,7 +408,7 @@ mod tests {
         let (space, _) = walls();
         let wish =
             MarkerDisplacement { point: 0, target_mm: [Some(1.0), Some(0.7), Some(0.5)], sigma_mm: 0.5 };
-        let terms: [&dyn Term; 2] = [&wish, &Effort::even(2, 0.1)];
+        let terms: [&dyn Term; 2] = [&wish, &Effort::even(2, 0.1, EffortNorm::L2)];
         let rest = State { observed: DVector::zeros(3), activation: DVector::zeros(2) };
         let terms = Linearisation::new(terms, &rest);
         let piece = Piece::new(&space, &Arc::new(contact.clone()), [0, 1]);
@@ -424,7 +433,7 @@ mod tests {
             open: vec![2],
         };
         let space = Space { observed, offset: plain.offset };
-        let program = build(&terms.residuals(&space), &[&ActivationBounds::unit(2), &reactions]);
+        let program = build(&terms.over(&space), &[&ActivationBounds::unit(2), &reactions]);
         let certificate = Certificate::of(&program.problem, &piece.lifted(&terms, &optimum));
         assert!(certificate.worst() < 1e-13, "{certificate:?}");
     }

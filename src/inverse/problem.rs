@@ -12,7 +12,7 @@ use super::limits::{ActivationBounds, ContactReactions, KinematicContact, TiedPa
 use super::observations::Observations;
 use super::program::{Linearisation, Program, Space, build};
 use super::tangent_program::Part;
-use super::target::{FeatureGoal, Goal, JawOpening, Loss, Target};
+use super::target::{EffortNorm, FeatureGoal, Goal, JawOpening, Loss, Target};
 use super::term::{State, Term};
 use super::terms::{
     ActivationPrior, Component, Distance, Effort, HuberMarker, MarkerDisplacement, MarkerPosition,
@@ -105,8 +105,10 @@ pub struct Problem {
     pub(super) parts: Vec<Part>,
     /// The observed points at rest (p), mm.
     pub(super) points_mm: Vec<Vec3>,
-    /// What each muscle (m) costs in the effort.
+    /// What each muscle (m) costs in the effort,
     pub(super) cost: DVector<f64>,
+    /// and which effort.
+    pub(super) effort_norm: EffortNorm,
 }
 
 impl Problem {
@@ -137,6 +139,7 @@ impl Problem {
                 true => DVector::from_element(response.muscles.len(), 1.),
                 false => DVector::from_column_slice(&observations.cost),
             },
+            effort_norm: target.effort_norm,
             points_mm: observations.sites.iter().map(|site| site.position).collect(),
         };
         problem.add_markers(target, observations);
@@ -155,7 +158,7 @@ impl Problem {
         }
         if target.effort > 0.0 {
             let cost = problem.cost.clone();
-            problem.add(Part::Effort, Effort { weight: target.effort, cost });
+            problem.add(Part::Effort, Effort { weight: target.effort, cost, norm: target.effort_norm });
         }
         for (k, bound) in target.bounds.iter().enumerate() {
             let muscle = muscle_index(&problem.muscles, &bound.muscle, || format!("bounds[{k}].muscle"))?;
@@ -296,11 +299,11 @@ impl Problem {
         let mut limits: Vec<&dyn Limit> = vec![&self.bounds, &self.tied];
         let (d, m) = self.space.observed.shape();
         match (mode, &self.contact) {
-            (ContactMode::Off, _) | (_, None) => build(&terms.residuals(&self.space), &limits),
+            (ContactMode::Off, _) | (_, None) => build(&terms.over(&self.space), &limits),
             (ContactMode::Kinematic, Some(contact)) => {
                 let kinematic = KinematicContact { contact: Arc::clone(contact) };
                 limits.push(&kinematic);
-                build(&terms.residuals(&self.space), &limits)
+                build(&terms.over(&self.space), &limits)
             }
             (ContactMode::Reactions, Some(contact)) => {
                 let reactions = ContactReactions::piece(contact, touching);
@@ -308,7 +311,7 @@ impl Problem {
                 let mut observed = DMatrix::zeros(d, m + touching.len());
                 observed.columns_mut(0, m).copy_from(&self.space.observed);
                 observed.columns_mut(m, touching.len()).copy_from(&contact.reach.select_columns(touching));
-                build(&terms.residuals(&Space { observed, offset: self.space.offset.clone() }), &limits)
+                build(&terms.over(&Space { observed, offset: self.space.offset.clone() }), &limits)
             }
         }
     }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::limit::{Constraint, Constraints, Limit, LimitName};
-use super::term::{Row, State, Term};
+use super::term::{Row, State, Term, linear};
 use crate::qp::Problem;
 
 /// How the unknowns `x` (n: first the `m` activations, then the share of the jaw's opening where that is unknown)
@@ -40,40 +40,50 @@ pub struct Program {
     pub inequality: Vec<LimitName>,
 }
 
-/// Residuals linearised about a state: `r(x) = matrix x + value`, for `1/2 |r|^2`.
+/// The objective about a state: `1/2 |r(x)|^2 + slope'x` with the residuals `r(x) = matrix x + value`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Residuals {
+pub struct Objective {
     /// (rows x n).
     pub matrix: DMatrix<f64>,
     /// (rows).
     pub value: DVector<f64>,
+    /// (n).
+    pub slope: DVector<f64>,
 }
 
 /// The terms linearised about a state, before the unknowns are chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Linearisation {
     rows: Vec<Row>,
+    slopes: Vec<(usize, f64)>,
     state: State,
 }
 
 impl Linearisation {
     /// `terms` about `state`.
     pub fn new<'a>(terms: impl IntoIterator<Item = &'a dyn Term>, state: &State) -> Self {
-        Self { rows: terms.into_iter().flat_map(|term| term.rows(state)).collect(), state: state.clone() }
+        let (mut rows, mut slopes) = (Vec::new(), Vec::new());
+        for term in terms {
+            rows.extend(term.rows(state));
+            slopes.extend(term.slopes());
+        }
+        Self { rows, slopes, state: state.clone() }
     }
 
-    /// `rows`, taken about `state`.
-    pub(super) fn of_rows(rows: Vec<Row>, state: &State) -> Self {
-        Self { rows, state: state.clone() }
+    /// `rows` and the `slope` (n), taken about `state`.
+    pub(super) fn of_rows(rows: Vec<Row>, slope: &DVector<f64>, state: &State) -> Self {
+        Self { rows, slopes: slope.iter().copied().enumerate().collect(), state: state.clone() }
     }
 
     /// These terms and `rows`, taken about the same state.
     pub(super) fn with(&self, rows: Vec<Row>) -> Self {
-        Self { rows: self.rows.iter().cloned().chain(rows).collect(), state: self.state.clone() }
+        let mut all = self.clone();
+        all.rows.extend(rows);
+        all
     }
 
-    /// The residuals over the unknowns of `space`.
-    pub fn residuals(&self, space: &Space) -> Residuals {
+    /// The objective over the unknowns of `space`.
+    pub fn over(&self, space: &Space) -> Objective {
         let n = space.n_unknowns();
         let mut transposed = DMatrix::zeros(n, self.rows.len());
         let mut value = DVector::zeros(self.rows.len());
@@ -90,7 +100,9 @@ impl Linearisation {
                 value[k] -= weight * self.state.activation[muscle];
             }
         }
-        Residuals { matrix: transposed.transpose(), value }
+        let mut slope = DVector::zeros(n);
+        self.slopes.iter().for_each(|&(k, by)| slope[k] += by);
+        Objective { matrix: transposed.transpose(), value, slope }
     }
 
     /// The residuals at the state.
@@ -109,9 +121,10 @@ impl Linearisation {
         derivatives
     }
 
-    /// `1/2 |r|^2` at `state`.
+    /// `1/2 |r|^2 + sum slope x` at `state`.
     pub fn objective(&self, state: &State) -> f64 {
-        self.rows.iter().map(|row| 0.5 * self.residual(row, state).powi(2)).sum()
+        let squares = self.rows.iter().map(|row| 0.5 * self.residual(row, state).powi(2));
+        squares.sum::<f64>() + linear(self.slopes.iter().copied(), &state.activation)
     }
 
     fn residual(&self, row: &Row, state: &State) -> f64 {
@@ -135,21 +148,26 @@ impl Linearisation {
     }
 }
 
-impl Residuals {
-    /// `r(x)`.
+impl Objective {
+    /// The residuals `r(x)`.
     pub fn at(&self, x: &DVector<f64>) -> DVector<f64> {
         &self.matrix * x + &self.value
     }
 
-    /// `1/2 |r(x)|^2`.
+    /// `1/2 |r(x)|^2 + slope'x`.
     pub fn objective(&self, x: &DVector<f64>) -> f64 {
-        0.5 * self.at(x).norm_squared()
+        0.5 * self.at(x).norm_squared() + self.slope.dot(x)
+    }
+
+    /// Its gradient (n) at `x`.
+    pub fn gradient(&self, x: &DVector<f64>) -> DVector<f64> {
+        self.matrix.tr_mul(&self.at(x)) + &self.slope
     }
 }
 
-/// The program `min 1/2 |r(x)|^2` under `limits`.
-pub fn build(residuals: &Residuals, limits: &[&dyn Limit]) -> Program {
-    let mut constraints = Constraints::none(residuals.matrix.ncols());
+/// The program `min 1/2 |r(x)|^2 + slope'x` under `limits`.
+pub fn build(objective: &Objective, limits: &[&dyn Limit]) -> Program {
+    let mut constraints = Constraints::none(objective.matrix.ncols());
     for limit in limits {
         limit.restrict(&mut constraints);
     }
@@ -158,9 +176,9 @@ pub fn build(residuals: &Residuals, limits: &[&dyn Limit]) -> Program {
         stack(&constraints.inequality, constraints.n_unknowns());
     Program {
         problem: Problem {
-            hessian: residuals.matrix.tr_mul(&residuals.matrix),
-            linear: residuals.matrix.tr_mul(&residuals.value),
-            constant: 0.5 * residuals.value.norm_squared(),
+            hessian: objective.matrix.tr_mul(&objective.matrix),
+            linear: objective.matrix.tr_mul(&objective.value) + &objective.slope,
+            constant: 0.5 * objective.value.norm_squared(),
             equality,
             equality_value,
             inequality,

@@ -38,7 +38,7 @@ pub(super) struct Working {
 /// The optimum of a relaxation.
 #[derive(Clone, Debug)]
 pub(super) struct Relaxed {
-    /// Least `1/2 sum r^2`: no point with these contact states has less.
+    /// Least objective: no point with these contact states has less.
     pub(super) bound: f64,
     pub(super) activation: DVector<f64>,
     /// `lambda_i g_i` (c), N mm, of the contacts that are not fixed: zero where complementarity holds.
@@ -64,7 +64,7 @@ pub(super) struct Cost {
 }
 
 impl Landscape<'_> {
-    /// Least `1/2 sum r^2` with the contact states of `fixed`, and `lambda >= 0`, `g >= 0` without
+    /// Least objective with the contact states of `fixed`, and `lambda >= 0`, `g >= 0` without
     /// `lambda g = 0` for the others.
     ///
     /// Contacts enter as they matter: gaps that are violated, and forces whose reduced cost
@@ -102,7 +102,7 @@ impl Landscape<'_> {
             };
             let mut all: Vec<&dyn Limit> = limits.to_vec();
             all.push(&reactions);
-            let residuals = terms.residuals(&pushed);
+            let model = terms.over(&pushed);
             // Multipliers `w` (c) of the gaps, from those of the rows.
             let by_contact = |point: &Point| {
                 let mut w = DVector::zeros(c);
@@ -120,7 +120,7 @@ impl Landscape<'_> {
                 let size = slope.amax().max(pressed.amax());
                 add_negative(&(slope - pressed), size, forces, &fixed.open)
             };
-            match qp::solve(&build(&residuals, &all).problem)? {
+            match qp::solve(&build(&model, &all).problem)? {
                 Answer::Solved(solution) => {
                     let x = &solution.point.x;
                     let mut force = DVector::zeros(c);
@@ -136,7 +136,7 @@ impl Landscape<'_> {
                     if deep | price(slope, by_contact(&solution.point), &mut working.forces) {
                         continue;
                     }
-                    let bound = residuals.objective(x);
+                    let bound = model.objective(x);
                     let mut work = force.component_mul(&gap.map(|g| g.max(0.0)));
                     for &i in fixed.touching.iter().chain(&fixed.open) {
                         work[i] = 0.0;
@@ -183,6 +183,7 @@ mod tests {
     use crate::forward::ContactResponse;
     use crate::inverse::limits::ActivationBounds;
     use crate::inverse::program::Linearisation;
+    use crate::inverse::target::EffortNorm;
     use crate::inverse::terms::{Effort, MarkerDisplacement};
 
     /// What is left of `1/2 ((u - 1)^2 + a^2)` with `u = a + lambda_1` where only a force on contact 1 closes
@@ -199,7 +200,7 @@ mod tests {
             Space { observed: DMatrix::from_column_slice(3, 1, &[1.0, 0.0, 0.0]), offset: DVector::zeros(3) };
         let wish = MarkerDisplacement { point: 0, target_mm: [Some(1.0), None, None], sigma_mm: 1.0 };
         let rest = State { observed: DVector::zeros(3), activation: DVector::zeros(1) };
-        let effort = Effort::even(1, 1.0);
+        let effort = Effort::even(1, 1.0, EffortNorm::L2);
         let terms = Linearisation::new([&wish as &dyn crate::inverse::term::Term, &effort], &rest);
         let bounds = ActivationBounds::unit(1);
         let limits: [&dyn Limit; 1] = [&bounds];

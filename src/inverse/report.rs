@@ -99,7 +99,9 @@ pub(super) fn solution(
         contact.relaxation_end = Some(bound.end);
     }
     let mut warnings = detect::before(problem);
-    let is_open = warnings.iter().any(|w| matches!(w, Warning::Underdetermined { .. }));
+    warnings.extend(detect::undecided(problem, found));
+    let is_open = |w: &Warning| matches!(w, Warning::Underdetermined { .. } | Warning::Undecided { .. });
+    let is_open = warnings.iter().any(is_open);
     let status = if is_open && status == Status::Solved { Status::Underdetermined } else { status };
     warnings.extend(detect::outliers(problem, &markers));
     warnings.extend(detect::unreachable(problem, &markers, &active_limits));

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::program::{Linearisation, Residuals};
+use super::program::{Linearisation, Objective};
 use super::term::{Row, State};
 
 /// Least eigenvalue of the program's Hessian, as a share of the greatest.
@@ -21,11 +21,11 @@ impl ResidualCurvature {
         Self(DMatrix::zeros(n, n))
     }
 
-    /// Learns from the step from `x`, with the residuals `before`, to `to`, with those `after`.
+    /// Learns from the step from `x`, with the objective `before`, to `to`, with that `after`.
     pub(super) fn learn(
         &mut self,
-        (x, before): (&DVector<f64>, &Residuals),
-        (to, after): (&DVector<f64>, &Residuals),
+        (x, before): (&DVector<f64>, &Objective),
+        (to, after): (&DVector<f64>, &Objective),
     ) {
         let s = to - x;
         let r = after.at(to);
@@ -56,19 +56,20 @@ impl ResidualCurvature {
         convex.map(row).collect()
     }
 
-    /// The objective about `state` as terms: `1/2 |r|^2` to second order, with this curvature where the sum stays convex.
-    pub(super) fn terms(&self, residuals: &Residuals, state: &State) -> Linearisation {
+    /// The objective about `state` as terms: to second order, with this curvature where the sum stays convex.
+    pub(super) fn terms(&self, model: &Objective, state: &State) -> Linearisation {
         let x = &state.activation;
-        let gradient = residuals.matrix.tr_mul(&residuals.at(x));
+        let gradient = model.matrix.tr_mul(&model.at(x));
         let SymmetricEigen { eigenvectors, eigenvalues } =
-            SymmetricEigen::new(residuals.matrix.tr_mul(&residuals.matrix) + &self.0);
+            SymmetricEigen::new(model.matrix.tr_mul(&model.matrix) + &self.0);
         let least = (LEAST * eigenvalues.amax()).max(f64::MIN_POSITIVE);
         let row = |(direction, &value): (nalgebra::DVectorView<'_, f64>, &f64)| {
             let root = value.max(least).sqrt();
             let activation = direction.iter().enumerate().map(|(k, v)| (k, root * v)).collect();
             Row { value: direction.dot(&gradient) / root, observed: Vec::new(), activation }
         };
-        Linearisation::of_rows(eigenvectors.column_iter().zip(eigenvalues.iter()).map(row).collect(), state)
+        let rows = eigenvectors.column_iter().zip(eigenvalues.iter()).map(row).collect();
+        Linearisation::of_rows(rows, &model.slope, state)
     }
 }
 
@@ -77,11 +78,11 @@ mod tests {
     use super::*;
 
     /// `r = 8 + x_0^2 / 2 - x_1^2 / 4` and `x` themselves, linearised at `x`; `sum r hess r = r_0 diag(1, -1/2)`.
-    fn at(x: &DVector<f64>) -> Residuals {
+    fn at(x: &DVector<f64>) -> Objective {
         let value = 8. + x[0].powi(2) / 2. - x[1].powi(2) / 4.;
         let matrix = DMatrix::from_row_slice(3, 2, &[x[0], -x[1] / 2., 1., 0., 0., 1.]);
         let r = DVector::from_vec(vec![value, x[0], x[1]]);
-        Residuals { value: r - &matrix * x, matrix }
+        Objective { value: r - &matrix * x, matrix, slope: DVector::zeros(2) }
     }
 
     /// What the rows add to the program's Hessian.

@@ -30,7 +30,7 @@ const LEAST_RADIUS: f64 = 1e-12;
 /// One quadratic program of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SequentialStep {
-    /// `1/2 sum r^2` of the nonlinear model before the step.
+    /// That of the nonlinear model before the step.
     pub objective: f64,
     /// Largest residual of the nonlinear optimality conditions before the step.
     pub kkt: f64,
@@ -164,7 +164,7 @@ impl Solver<ActivatedProblem<'_>, SequentialState> for SequentialQp {
         let next = problem.problem("cost_count", |p| Ok(p.iterate(proposed, &at.touching())?))?;
         if at.touching() == next.touching() {
             // Where contacts open or close the gradient turns for another reason.
-            let [before, after] = [&at, &next].map(|at| (&at.state.activation, &at.residuals));
+            let [before, after] = [&at, &next].map(|at| (&at.state.activation, &at.reduced));
             self.curvature.learn(before, after);
         }
         let predicted = at.objective - found.optimum.objective;
@@ -303,7 +303,7 @@ pub(super) struct Approach {
     pub(super) unknowns: DVector<f64>,
     /// Contact forces (c), N, of the face at rest under them.
     pub(super) forces: DVector<f64>,
-    /// `1/2 sum r^2` there.
+    /// The objective there.
     pub(super) objective: f64,
     /// The programs solved on the way.
     pub(super) history: Vec<SequentialStep>,

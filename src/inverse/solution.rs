@@ -21,7 +21,7 @@ pub enum Status {
     /// The solver stopped short of the tolerance.
     NotConverged,
     /// The certificate passes, but other activations fit as well: the observations have a lower rank than there are
-    /// unknowns, and no effort decides between them. The answer is one of many.
+    /// unknowns, and no effort decides between them, or a linear one does not decide. The answer is one of many.
     Underdetermined,
     /// Nothing to fit: no marker has an observed component and there is no feature.
     NoData,

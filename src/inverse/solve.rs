@@ -107,9 +107,9 @@ impl Problem {
         branch(landscape, found, self.rest_objective(terms)).map(Some)
     }
 
-    /// `1/2 sum r^2` of the linearised `terms` at least activations, without contact.
+    /// That of the linearised `terms` at least activations, without contact.
     fn rest_objective(&self, terms: &Linearisation) -> f64 {
-        terms.residuals(&self.space).objective(&self.bounds.min)
+        terms.over(&self.space).objective(&self.bounds.min)
     }
 
     pub(super) fn failed(&self, failure: Failure) -> Solution {

@@ -10,8 +10,9 @@ use super::limit::Limit;
 use super::limits::{ActivationBounds, ContactReactions, KinematicContact, TiedPairs};
 use super::piece::Piece;
 use super::problem::{ContactMode, Problem};
-use super::program::{Linearisation, Program, Residuals, Space, build};
-use super::term::State;
+use super::program::{Linearisation, Objective, Program, Space, build};
+use super::target::EffortNorm;
+use super::term::{State, linear};
 use crate::face::JawRange;
 use crate::forward::{ContactResponse, Touching};
 use crate::qp::Point;
@@ -39,6 +40,25 @@ impl Part {
     }
 }
 
+/// What a [`Part`] adds to the objective: `1/2 sum r^2 + sum slope x`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Share {
+    /// What it is of.
+    pub part: Part,
+    /// Its rows of the residuals.
+    pub rows: Range<usize>,
+    /// Its slopes: (unknown, slope).
+    pub slopes: Vec<(usize, f64)>,
+}
+
+impl Share {
+    /// Its objective where all residuals are `residuals`, at the unknowns `x`.
+    pub fn objective(&self, residuals: &DVector<f64>, x: &DVector<f64>) -> f64 {
+        let own = residuals.rows(self.rows.start, self.rows.len());
+        0.5 * own.norm_squared() + linear(self.slopes.iter().copied(), x)
+    }
+}
+
 /// The target on the tangent at an answer, as plain numbers: what a change of the unknowns does to every residual, the
 /// limits, the contacts, and the primal and dual point of the answer.
 ///
@@ -57,8 +77,10 @@ pub struct TangentProgram {
     pub bounds: ActivationBounds,
     /// Muscles that act together.
     pub tied: TiedPairs,
-    /// What each muscle (m) costs in the effort, relative to the others.
+    /// What each muscle (m) costs in the effort, relative to the others,
     pub cost: DVector<f64>,
+    /// and which effort.
+    pub effort_norm: EffortNorm,
     /// What contact does.
     pub mode: ContactMode,
     /// The contacts; `None` where there is none or the tangent has it in itself.
@@ -67,7 +89,7 @@ pub struct TangentProgram {
     pub touching: Vec<usize>,
     /// The answer as a point of the full program, with all multipliers.
     pub point: Point,
-    parts: Vec<(Part, Range<usize>)>,
+    shares: Vec<Share>,
     space: Space,
     terms: Linearisation,
 }
@@ -92,10 +114,10 @@ impl TangentProgram {
         point: &Point,
     ) -> Self {
         let mut end = 0;
-        let parts = problem.parts().zip(problem.terms()).map(|(part, term)| {
+        let shares = problem.parts().zip(problem.terms()).map(|(part, term)| {
             let start = end;
             end += term.rows(state).len();
-            (part, start..end)
+            Share { part, rows: start..end, slopes: term.slopes() }
         });
         Self {
             unknowns: (0..problem.n_unknowns()).map(|k| problem.name_of(k).to_owned()).collect(),
@@ -105,11 +127,12 @@ impl TangentProgram {
             bounds: problem.bounds.clone(),
             tied: problem.tied.clone(),
             cost: problem.cost.clone(),
+            effort_norm: problem.effort_norm,
             mode,
             contact: problem.contact.clone().filter(|_| mode != ContactMode::Off),
             touching: touching.to_vec(),
             point: point.clone(),
-            parts: parts.collect(),
+            shares: shares.collect(),
             space: problem.space.clone(),
             terms: problem.linearise(state),
         }
@@ -125,9 +148,9 @@ impl TangentProgram {
         self.x.len() - usize::from(self.jaw.is_some())
     }
 
-    /// What the rows of the residuals are of.
-    pub fn parts(&self) -> &[(Part, Range<usize>)] {
-        &self.parts
+    /// What the objective is made of, in the order of the rows of the residuals.
+    pub fn shares(&self) -> &[Share] {
+        &self.shares
     }
 
     /// The program over the unknowns and the forces of the contacts that touch, [`point`](Self::point) being its answer.
@@ -146,11 +169,11 @@ impl TangentProgram {
             }
             _ => {}
         }
-        build(&self.residuals(), &limits)
+        build(&self.objective(), &limits)
     }
 
-    /// The residuals over the unknowns of the [full program](Self::program).
-    pub fn residuals(&self) -> Residuals {
+    /// The objective over the unknowns of the [full program](Self::program).
+    pub fn objective(&self) -> Objective {
         let (d, n) = self.space.observed.shape();
         let reach = match &self.contact {
             Some(contact) if self.mode == ContactMode::Reactions => {
@@ -161,7 +184,7 @@ impl TangentProgram {
         let mut observed = DMatrix::zeros(d, n + reach.ncols());
         observed.columns_mut(0, n).copy_from(&self.space.observed);
         observed.columns_mut(n, reach.ncols()).copy_from(&reach);
-        self.terms.residuals(&Space { observed, offset: self.space.offset.clone() })
+        self.terms.over(&Space { observed, offset: self.space.offset.clone() })
     }
 
     /// How the unknowns (n) move the observed points with the contacts of the answer.
@@ -169,9 +192,9 @@ impl TangentProgram {
         self.piece().space
     }
 
-    /// The residuals over the unknowns (n), with the contacts of the answer.
-    pub fn reduced(&self) -> Residuals {
-        self.terms.residuals(&self.piece().space)
+    /// The objective over the unknowns (n), with the contacts of the answer.
+    pub fn reduced(&self) -> Objective {
+        self.terms.over(&self.piece().space)
     }
 
     /// Derivatives of the residuals by the observed displacements (rows x d), 1/mm.

@@ -141,11 +141,22 @@ pub enum EffortMeasure {
     /// Its activation: all muscles cost the same.
     #[default]
     Activation,
-    /// Its force: the square of its greatest force, by the mean square of all.
+    /// Its force: its greatest force, squared as the activation is in [`EffortNorm::L2`], by the mean of all.
     Force,
     /// Its active volume: greatest force times the mean length of its fibres, by the mean of all; force goes with the
     /// cross-section.
     Volume,
+}
+
+/// How the activations of all muscles make one effort.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EffortNorm {
+    /// `w sum c a`: the next unit of a muscle costs as much as the first, so that few muscles act, the others at exactly
+    /// zero (Tibshirani, Regression shrinkage and selection via the lasso, J R Stat Soc B 58:267, 1996).
+    L1,
+    /// `w/2 sum c a^2`: what a muscle does becomes dearer the more it does, so that all that help act, each a little.
+    #[default]
+    L2,
 }
 
 /// What a muscle costs beside what its measure says.
@@ -209,8 +220,10 @@ pub struct Target {
     pub features: Vec<Feature>,
     /// Mirrored pairs.
     pub symmetry: Vec<MirroredPair>,
-    /// Weight `w` of the effort `w/2 sum c a^2`, dimensionless, not negative.
+    /// Weight `w` of the effort, dimensionless, not negative.
     pub effort: f64,
+    /// Which effort: `w/2 sum c a^2` or `w sum c a`.
+    pub effort_norm: EffortNorm,
     /// What the effort of a muscle is: its share of `c`.
     pub effort_by: EffortMeasure,
     /// Muscles that cost more or less than their measure says.

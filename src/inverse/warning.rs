@@ -42,6 +42,11 @@ pub enum Warning {
         /// Muscles, and the opening of the jaw, that are neither fixed nor tied to another.
         muscles: usize,
     },
+    /// A linear effort leaves these muscles a way to share the work otherwise, at the same fit and the same effort.
+    Undecided {
+        /// The muscles, two or more.
+        muscles: Vec<String>,
+    },
     /// A marker far from where all others want it.
     Outlier {
         /// The marker.
@@ -103,6 +108,9 @@ impl Warning {
             }
             Self::Immovable { .. } => "put it on the skin, or leave it out: it lies on bone",
             Self::Underdetermined { .. } => "observe more points, fix muscles, or add an effort",
+            Self::Undecided { .. } => {
+                "tie them, bound all but one, give one a cost of its own, observe more points, or write effort_norm = \"l2\""
+            }
             Self::Unsettled { .. } => {
                 "ask for less movement, bound the muscles that press there, or refine the mesh about them"
             }
@@ -150,6 +158,11 @@ impl fmt::Display for Warning {
                     "{components} independent observed components cannot determine {muscles} activations: others fit as well"
                 )
             }
+            Self::Undecided { muscles } => write!(
+                f,
+                "{} can share their work otherwise at the same fit and the same effort: the answer is one of many",
+                muscles.join(" and ")
+            ),
             Self::Unsettled { overlap_mm } => {
                 write!(f, "the contacts did not settle on the deformed face: {}", Self::left_by(*overlap_mm))
             }

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::certainty::{Certainty, Discrepancy, SideCertainty, UnknownCertainty};
+use crate::inverse::EffortNorm;
 
 /// Correlation from which a pair is listed.
 const LISTED: f64 = 0.3;
@@ -33,18 +34,33 @@ pub struct CertaintyJson {
     pub effort: Option<EffortJson>,
 }
 
-/// Misfit against effort over the weight `w` of `w/2 sum a^2`, on the tangent of the answer.
+/// Misfit against effort over the weight `w` of `w/2 sum c a²` or `w sum c a`, on the tangent of the answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EffortJson {
+    /// Which effort.
+    #[serde(default)]
+    pub norm: NormJson,
     /// Weight at the corner of the L-curve.
     pub l_curve: f64,
     /// Weight of least generalised cross-validation.
     pub cross_validation: f64,
     /// Weight at which the misfit is as large as the noise makes it; null where there is none.
     pub discrepancy: Option<f64>,
-    /// The curve: weight, misfit in squared standard deviations, sum of squared activations.
+    /// The curve: weight, misfit in squared standard deviations, and the sum of the activations (l1) or of their squares (l2),
+    /// by their costs.
     pub curve: Vec<[f64; 3]>,
+}
+
+/// Which sum an effort is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum NormJson {
+    /// Of activations.
+    L1,
+    /// Of their squares.
+    #[default]
+    L2,
 }
 
 /// How far a model is taken to be from the face that it stands for.
@@ -149,6 +165,10 @@ impl From<&Certainty> for CertaintyJson {
             correlations: correlations.collect(),
             sides: certainty.sides.iter().map(SideJson::from).collect(),
             effort: certainty.effort.as_ref().map(|choice| EffortJson {
+                norm: match choice.norm {
+                    EffortNorm::L1 => NormJson::L1,
+                    EffortNorm::L2 => NormJson::L2,
+                },
                 l_curve: choice.l_curve,
                 cross_validation: choice.cross_validation,
                 discrepancy: choice.discrepancy,

@@ -50,6 +50,10 @@ struct MapTable {
     /// Weight of the squared activations; 0.1 when absent.
     #[schemars(range(min = 0.0))]
     effort: Option<f64>,
+    /// "l2", the only one that recordings are fitted with.
+    #[expect(dead_code, reason = "there is one, which the schema holds")]
+    #[schemars(extend("enum" = ["l2"]))]
+    effort_norm: Option<String>,
     /// How far the jaw may move.
     jaw: Option<JawTable>,
     /// How activation may change in time.
@@ -363,6 +367,7 @@ mod tests {
             ),
             ("unit = \"mm\"\n[jaw]\nopening_mm = 90\n", "map.toml:3: jaw.opening_mm: 90 is not accepted"),
             ("unit = \"mm\"\noff_skin = \"no\"\n", "map.toml:2: off_skin: \"no\" is not accepted"),
+            ("unit = \"mm\"\neffort_norm = \"l1\"\n", "map.toml:2: effort_norm: \"l1\" is not accepted"),
             ("unit = \n", "not TOML"),
         ] {
             let error = parse(text).err().map(|e| e.to_string()).unwrap_or_default();

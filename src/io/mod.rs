@@ -68,7 +68,8 @@ pub use calibration_json::{
     CalibrationJson, CombinationJson, ExplainedJson, ModuliJson, ParameterJson, TradeJson, calibration_schema,
 };
 pub use certainty_json::{
-    CertaintyJson, CorrelationJson, DiscrepancyJson, EffortJson, IntervalJson, SideJson, UnknownJson,
+    CertaintyJson, CorrelationJson, DiscrepancyJson, EffortJson, IntervalJson, NormJson, SideJson,
+    UnknownJson,
 };
 pub use comparison_json::{
     ComparedActivationJson, ComparedContactJson, ComparedLandmarkJson, ComparedMarkerJson,

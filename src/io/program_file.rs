@@ -47,7 +47,7 @@ impl<'a> ProgramFile<'a> {
             Part::Prior(k) => format!("prior of {}", target.priors[*k].muscle),
             Part::Effort => "effort".to_owned(),
         };
-        let parts = tangent.parts().iter().map(|(p, _)| part(p)).collect();
+        let parts = tangent.shares().iter().map(|share| part(&share.part)).collect();
         Self { target: &target.name, tangent, program, variables, parts }
     }
 
@@ -70,21 +70,21 @@ impl<'a> ProgramFile<'a> {
     }
 
     /// The arrays `P`, `q`, `r`, `A`, `b`, `G`, `h`, `lower`, `upper`; the answer `x`, `y`, `z`, `z_lower`, `z_upper`; the
-    /// names `variables`, `equality_names`, `inequality_names`; the residuals `1/2 |residual_matrix x + residual_value|^2` of
-    /// which the objective is the sum, with `part_names`, `part_rows` (first row and the one after the last) and
-    /// `part_objective`; of each contact what it keeps apart, `contact_kinds`, and `touching`, those with a force.
+    /// names `variables`, `equality_names`, `inequality_names`; the objective as the sum of
+    /// `1/2 |residual_matrix x + residual_value|^2` and of `part_slope x`, with `part_names`, `part_rows` (first row and the
+    /// one after the last) and `part_objective`; of each contact what it keeps apart, `contact_kinds`, and `touching`, those with a force.
     ///
     /// # Errors
     /// [`io::Error`] when the archive cannot be put together.
     pub(super) fn put(&self, file: &mut Npz) -> io::Result<()> {
         let (problem, point) = (&self.program.problem, &self.tangent.point);
-        let residuals = self.tangent.residuals();
-        let at = residuals.at(&point.x);
+        let objective = self.tangent.objective();
+        let at = objective.at(&point.x);
         let matrices = [
             ("P", &problem.hessian),
             ("A", &problem.equality),
             ("G", &problem.inequality),
-            ("residual_matrix", &residuals.matrix),
+            ("residual_matrix", &objective.matrix),
         ];
         for (name, matrix) in matrices {
             put_matrix(file, name, matrix)?;
@@ -95,7 +95,7 @@ impl<'a> ProgramFile<'a> {
             ("h", &problem.inequality_limit),
             ("lower", &problem.lower),
             ("upper", &problem.upper),
-            ("residual_value", &residuals.value),
+            ("residual_value", &objective.value),
             ("x", &point.x),
             ("y", &point.equality),
             ("z", &point.inequality),
@@ -110,12 +110,17 @@ impl<'a> ProgramFile<'a> {
         let rows = |names: &[LimitName]| names.iter().map(|name| self.row(*name)).collect::<Vec<_>>();
         file.names("equality_names", &rows(&self.program.equality))?;
         file.names("inequality_names", &rows(&self.program.inequality))?;
-        let parts = self.tangent.parts();
-        let ends = parts.iter().flat_map(|(_, rows)| [rows.start as f64, rows.end as f64]);
-        let objective = parts.iter().map(|(_, rows)| 0.5 * at.rows(rows.start, rows.len()).norm_squared());
+        let parts = self.tangent.shares();
+        let ends = parts.iter().flat_map(|share| [share.rows.start as f64, share.rows.end as f64]);
+        let mut slopes = DMatrix::zeros(parts.len(), point.x.len());
+        for (k, share) in parts.iter().enumerate() {
+            share.slopes.iter().for_each(|&(unknown, slope)| slopes[(k, unknown)] += slope);
+        }
+        let own = parts.iter().map(|share| share.objective(&at, &point.x));
         file.names("part_names", &self.parts)?;
         file.numbers("part_rows", &[parts.len() as u64, 2], ends)?;
-        file.numbers("part_objective", &[parts.len() as u64], objective)?;
+        put_matrix(file, "part_slope", &slopes)?;
+        file.numbers("part_objective", &[parts.len() as u64], own)?;
         let kinds = self.tangent.contact.iter().flat_map(|c| &c.kinds).map(|kind| word(*kind).to_owned());
         file.names("contact_kinds", &kinds.collect::<Vec<_>>())?;
         let touching = match self.tangent.mode {

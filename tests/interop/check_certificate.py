@@ -67,16 +67,16 @@ def residuals(program):
     dual += bound(lower, z_lower, has_lower) - bound(upper, z_upper, has_upper)
     gap = relative(objective - dual, x @ P @ x, q @ x, b @ y)
 
-    R, value = program["residual_matrix"], program["residual_value"]
+    R, value, slopes = program["residual_matrix"], program["residual_value"], program["part_slope"]
     at = R @ x + value
     rows = program["part_rows"].astype(int)
-    parts = np.array([0.5 * at[start:end] @ at[start:end] for start, end in rows])
+    parts = np.array([0.5 * at[start:end] @ at[start:end] for start, end in rows]) + slopes @ x
     stated = program["part_objective"]
     terms = max(
         relative(parts - stated, stated),
         relative(parts.sum() - objective, x @ P @ x, q @ x, program["r"]),
         relative(R.T @ R - P, np.abs(P).max()),
-        relative(R.T @ value - q, np.abs(q).max()),
+        relative(R.T @ value + slopes.sum(axis=0) - q, np.abs(q).max()),
     )
     curvature = np.linalg.eigvalsh(0.5 * (P + P.T))
     convex = max(0.0, -curvature.min(initial=0.0)) / max(1.0, curvature.max(initial=0.0))

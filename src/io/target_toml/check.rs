@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use super::error::{TargetFileError, TargetWarning};
 use super::file::{
-    AxisName, BoundTable, Component, CostTable, EffortName, FeatureTable, LossName, MarkerTable,
+    AxisName, BoundTable, Component, CostTable, EffortName, FeatureTable, LossName, MarkerTable, NormName,
     OpeningTable, OpeningValue, PlaceValue, PriorTable, SymmetryTable, TargetTable,
 };
 use super::lines::FieldLines;
 use crate::face::{Jaw, JawRange};
 use crate::inverse::{
-    Axis, Bound, EffortMeasure, Expected, Feature, FeatureGoal, Goal, JawOpening, Loss, Marker, MirroredPair,
-    MuscleCost, Place, Prior, Target,
+    Axis, Bound, EffortMeasure, EffortNorm, Expected, Feature, FeatureGoal, Goal, JawOpening, Loss, Marker,
+    MirroredPair, MuscleCost, Place, Prior, Target,
 };
 use crate::io::Location;
 use crate::units::Vec3;
@@ -57,6 +57,10 @@ impl<'a> Checker<'a> {
             features,
             symmetry: self.each("symmetry", &table.symmetry, Self::symmetry)?,
             effort: self.effort(table.effort)?,
+            effort_norm: match table.effort_norm {
+                Some(NormName::L1) => EffortNorm::L1,
+                None | Some(NormName::L2) => EffortNorm::L2,
+            },
             effort_by: match table.effort_by {
                 None | Some(EffortName::Activation) => EffortMeasure::Activation,
                 Some(EffortName::Force) => EffortMeasure::Force,
@@ -433,7 +437,7 @@ impl<'a> Checker<'a> {
         if value <= accepted[1] {
             return Ok(value);
         }
-        let (at, what) = (self.at("effort"), "the weight of the squared activations");
+        let (at, what) = (self.at("effort"), "the weight of the activations");
         Err(TargetFileError::OutOfRange { at, value, accepted, what })
     }
 

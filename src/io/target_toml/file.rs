@@ -34,10 +34,13 @@ pub(super) struct TargetTable {
     /// Pairs of points that shall move as mirror images.
     #[serde(default)]
     pub(super) symmetry: Vec<SymmetryTable>,
-    /// Weight of the effort, w/2 times the sum of the squared activations; 0 when absent.
+    /// Weight w of the effort; 0 when absent.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub(super) effort: f64,
+    /// How the activations a of muscles that cost c make one effort: "l2", w/2 times the sum of c a², in which all that help
+    /// act, or "l1", w times the sum of c a, in which few do; "l2" when absent.
+    pub(super) effort_norm: Option<NormName>,
     /// What the effort of a muscle is: "activation", its force by "force", or its active "volume"; "activation" when absent.
     pub(super) effort_by: Option<EffortName>,
     /// Muscles whose effort counts more or less than that.
@@ -258,6 +261,13 @@ pub(super) enum EffortName {
     Activation,
     Force,
     Volume,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum NormName {
+    L1,
+    L2,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]

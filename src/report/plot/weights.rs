@@ -2,9 +2,9 @@
 
 use super::chart::{Scale, frame};
 use super::svg::{Anchor, Svg, standalone};
-use crate::io::AnswerFiles;
+use crate::io::{AnswerFiles, NormJson};
 
-/// The L-curve of `answer`, effort (sum of squared activations) over misfit (squared standard deviations), with the weights
+/// The L-curve of `answer`, effort (sum of activations or of their squares) over misfit (squared standard deviations), with the weights
 /// that three rules choose, as an SVG file; `None` where there is none.
 pub fn l_curve_plot(answer: &AnswerFiles) -> Option<String> {
     let effort = answer.certainty.as_ref()?.effort.as_ref()?;
@@ -16,7 +16,11 @@ pub fn l_curve_plot(answer: &AnswerFiles) -> Option<String> {
     let mut svg = Svg::new(right + 30., bottom + 44.);
     let x = Scale::decades(curve.iter().map(|p| p[1]), (left, right));
     let y = Scale::decades(curve.iter().map(|p| p[2]), (bottom, top));
-    let names = ["misfit, squared standard deviations", "effort, sum of squared activations"];
+    let sum = match effort.norm {
+        NormJson::L1 => "effort, sum of activations",
+        NormJson::L2 => "effort, sum of squared activations",
+    };
+    let names = ["misfit, squared standard deviations", sum];
     frame(&mut svg, &x, &y, names, (left, top, right, bottom));
     let points: Vec<(f64, f64)> = curve.iter().map(|p| (x.at(p[1]), y.at(p[2]))).collect();
     svg.run(&points, "s0");
