@@ -10,10 +10,11 @@ use common::Random;
 use common::block_face::{block_face, front_pairs};
 use common::faces::{Body, names, observations, target};
 use modiolus::certainty::{Certainty, Discrepancy};
+use modiolus::contact::PairKind;
 use modiolus::face::standard::{Resolution, standard};
 use modiolus::face::{Face, Pose};
 use modiolus::forward::finite::FiniteModel;
-use modiolus::forward::{Model, Response};
+use modiolus::forward::{ContactResponse, Model, Response};
 use modiolus::inverse::{
     ActivatedProblem, Bound, ContactMode, EffortMeasure, EffortNorm, FiniteFit, Goal, Marker, MuscleCost,
     Observations, Place, Problem, Solution, State, Status, Target, Warning, objective,
@@ -376,6 +377,21 @@ fn equal_columns_are_told_as_undecided() {
     decides(&|t, _| t.effort_norm = EffortNorm::L2, [0.5 / (2. + 1. / 400.), 0.5 / (2. + 1. / 400.)]);
     observed.cost = vec![1., 1.1, 1.];
     assert_eq!(solve(&wish, &observed, &response).status, Status::Solved);
+    // The cheaper of the two closes a gap that must stay open, and the dearer does the rest: the gap decides.
+    let contact = ContactResponse {
+        kinds: vec![PairKind::UpperTeeth],
+        gap: DVector::from_element(1, 0.3),
+        approach: DMatrix::from_row_slice(1, 3, &[-1., 0., 0.]),
+        compliance: DMatrix::from_element(1, 1, 1.),
+        reach: DMatrix::zeros(3, 1),
+    };
+    let walled = Response { contact: Some(contact), ..response.clone() };
+    observed.cost = vec![1., 2., 1.];
+    let found = Problem::new(&wish, &observed, &walled).unwrap().solve(ContactMode::Kinematic).unwrap();
+    assert_eq!(found.status, Status::Solved, "{:?}", found.warnings);
+    for (a, expected) in found.activations.values.iter().zip([0.3, 0.195]) {
+        assert!((a - expected).abs() < 1e-9, "{:?}", found.activations.values);
+    }
     // Three components and nine muscles in general position.
     let response = mapped(random.matrix(3, 9));
     let observed = observations(&mut random, 1);
