@@ -265,7 +265,7 @@ fn linear_json(linear: &LinearAnswer, solution: &Solution) -> Option<LinearJson>
         muscle: names[muscle].clone(),
         activation_off,
         markers_off_mm: (expected.norm_squared() / points).sqrt(),
-        residual_rms_mm: linear.solution.residual.rms_mm,
+        residual_rms_mm: residual_rms_mm(&linear.solution),
         activations: names.iter().cloned().zip(linear.solution.activations.values.iter().copied()).collect(),
     })
 }

@@ -23,8 +23,8 @@ const KKT: f64 = 1e-5;
 const KINK: f64 = 1e-4;
 /// Places whose gradients are remembered.
 const MOST_SIDES: usize = 8;
-/// Steps before a fit is given up.
-const MOST_STEPS: usize = 60;
+/// Steps before a start is given up, the first and the second: lips that close over an open jaw take 118.
+const MOST_STEPS: [usize; 2] = [200, 60];
 /// Half width of the first trust region.
 const FIRST_RADIUS: f64 = 0.5;
 /// Half width at which the way is lost.
@@ -187,7 +187,7 @@ impl FiniteFit<'_> {
         let mut radius = FIRST_RADIUS;
         let mut last = None;
         let mut sides: Vec<Side> = Vec::new();
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MOST_STEPS[usize::from(known.is_some())] {
             let trust = TrustRegion { centre: here.seen.activation.clone(), radius };
             let reached = |model: &Objective| {
                 let terms = curvature.terms(model, &here.seen);

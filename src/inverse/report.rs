@@ -84,7 +84,7 @@ pub(super) fn solution(
     let markers = marker_fits(problem, &state);
     let residuals: Vec<f64> = markers.iter().filter_map(|m| m.residual_mm).collect();
     let residual = Residual {
-        rms_mm: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len().max(1) as f64).sqrt(),
+        rms_mm: (residuals.iter().fold(0., |sum, r| sum + r * r) / residuals.len().max(1) as f64).sqrt(),
         max_mm: residuals.iter().copied().fold(0.0, f64::max),
     };
     // The markers' own share of the objective goes with the square of their residuals.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::forward::Deformation;
 use crate::inverse::{SequentialStep, Solution};
+use crate::study::residual_rms_mm;
 
 /// One quadratic program of the sequence that a nonlinear fit solves.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
@@ -42,7 +43,7 @@ pub struct LinearJson {
     /// Root mean square, over the observed points, of the difference between where the linear answer
     /// expected them and where its activations lead, mm.
     pub markers_off_mm: f64,
-    /// Root mean square of its own residuals over the markers, mm.
+    /// Root mean square of its own residuals over the markers and features, mm.
     pub residual_rms_mm: f64,
     /// Activation of each muscle that it found, 0 to 1.
     pub activations: std::collections::BTreeMap<String, f64>,
@@ -54,7 +55,7 @@ pub struct LinearJson {
 pub struct OtherJson {
     /// Objective, no unit.
     pub objective: f64,
-    /// Root mean square over the markers, mm.
+    /// Root mean square over the markers and features, mm.
     pub residual_rms_mm: f64,
     /// How far the jaw is open, mm; null when nothing was said of it.
     pub jaw_opening_mm: Option<f64>,
@@ -67,7 +68,7 @@ impl From<&Solution> for OtherJson {
         let a = &solution.activations;
         Self {
             objective: solution.objective,
-            residual_rms_mm: solution.residual.rms_mm,
+            residual_rms_mm: residual_rms_mm(solution),
             jaw_opening_mm: solution.jaw_opening_mm,
             activations: a.names.iter().cloned().zip(a.values.iter().copied()).collect(),
         }

@@ -17,7 +17,7 @@ pub enum Verdict {
 pub fn residual_rms_mm(solution: &Solution) -> f64 {
     let features = solution.features.iter().map(|f| (f.model_mm - f.target_mm).abs());
     let all: Vec<f64> = solution.markers.iter().filter_map(|m| m.residual_mm).chain(features).collect();
-    (all.iter().map(|r| r * r).sum::<f64>() / all.len().max(1) as f64).sqrt()
+    (all.iter().fold(0., |sum, r| sum + r * r) / all.len().max(1) as f64).sqrt()
 }
 
 impl Verdict {
