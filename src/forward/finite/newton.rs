@@ -270,7 +270,7 @@ impl<'p> Newton<'p> {
         }
         let mut share = SAFE * limit * most;
         let mut there = along(share);
-        while !is_upright(&there) {
+        while share > 0. && !is_upright(&there) {
             share *= 0.5;
             there = along(share);
         }
