@@ -402,3 +402,38 @@ fn an_answer_that_leaves_tissue_in_the_teeth_is_not_called_solved() {
         assert_eq!(told, Some(overlap));
     }
 }
+
+#[test]
+fn a_symmetric_face_moves_symmetrically() {
+    let face = standard(&Resolution::COARSE);
+    let bits = |p: Vec3| [p.x, p.y, p.z].map(|c| (c + 0.).to_bits());
+    let nodes: BTreeMap<_, usize> = face.mesh.points.iter().enumerate().map(|(k, p)| (bits(*p), k)).collect();
+    let search = ContactSearch::new(&face, ContactReach::default());
+    let model = Model::new(&face, search.rest().to_vec()).unwrap();
+    let activated = |list: &[(&str, f64)]| -> Vec<f64> {
+        let of = |name: &String| list.iter().find(|(stem, _)| name.starts_with(stem)).map_or(0., |(_, a)| *a);
+        model.muscles().iter().map(of).collect()
+    };
+    // Lips that press each other slide to one side as soon as anything tells the sides apart.
+    let rings = activated(&[("orbicularis_oris_marginalis", 0.5), ("orbicularis_oris_peripheralis", 0.3)]);
+    let smile = activated(&[("zygomaticus_major", 1.), ("risorius", 1.)]);
+    for (what, a, opening_mm) in
+        [("lips", &rings, 0.), ("smile", &smile, 0.), ("smile with open jaw", &smile, 5.)]
+    {
+        let pose = Pose::opened(face.jaw.as_ref().unwrap(), opening_mm);
+        let stiff = model.at_pose(a, &pose).unwrap();
+        let settled = stiff.settle(&face, &search, a, None).unwrap();
+        let u = &settled.equilibrium.displacement;
+        let (mut apart, mut moved) = (0f64, 0f64);
+        for (k, p) in face.mesh.points.iter().enumerate() {
+            let other = nodes[&bits(Vec3::new(-p.x, p.y, p.z))];
+            let at = |n: usize| Vec3::new(u[3 * n], u[3 * n + 1], u[3 * n + 2]);
+            apart = apart.max((at(k) - Vec3::new(-at(other).x, at(other).y, at(other).z)).amax());
+            moved = moved.max(at(k).amax());
+        }
+        let pressing = settled.equilibrium.contact_forces.iter().filter(|f| **f > 0.).count();
+        println!("{what}: {apart:.1e} of {moved:.1} mm, {pressing} contacts press");
+        assert!(moved > 5. && pressing > 20, "{what}: {moved} {pressing}");
+        assert!(apart <= 1e-9, "{what}: {apart:e}");
+    }
+}

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::mirror_image::MirrorImage;
 use super::{Face, Pose};
 use crate::contact::{Facets, Lip, Pair, PairKind, Solid, lip_pairs, teeth_pairs, teeth_planes};
 use crate::mesh::Mesh;
@@ -52,6 +53,8 @@ pub struct ContactSearch {
     facets: Facets,
     fixed: BTreeSet<usize>,
     mucosa: Vec<usize>,
+    /// Which side is the mirror image of which, where one is.
+    mirror: Option<MirrorImage>,
     rest: Vec<Pair>,
 }
 
@@ -91,6 +94,7 @@ impl ContactSearch {
             .flat_map(|upper| face.teeth.iter().enumerate().filter(move |(_, t)| t.upper == upper));
         let fixed: BTreeSet<usize> = face.supports.iter().flat_map(|s| s.nodes.iter().copied()).collect();
         let facets = Facets::of(&face.mesh);
+        let mirror = MirrorImage::of(face, &facets, &fixed);
         let mut search = Self {
             reach,
             teeth: arches.map(|(k, t)| (kind(t.upper), k, Solid::new(&t.surface))).collect(),
@@ -98,9 +102,13 @@ impl ContactSearch {
             facets,
             mucosa: face.mucosa.iter().filter(|node| !fixed.contains(node)).copied().collect(),
             fixed,
+            mirror,
             rest: Vec::new(),
         };
         search.rest = search.pairs_on(face, &face.mesh, &Pose::rest(), None);
+        if let Some(mirror) = &search.mirror {
+            search.rest = mirror.of_one_side(search.rest);
+        }
         search
     }
 
@@ -116,16 +124,28 @@ impl ContactSearch {
         all.filter(|node| !self.fixed.contains(node)).collect::<BTreeSet<_>>().into_iter().collect()
     }
 
+    /// The displacement `u` (3n, mm), made exactly symmetric where `face` and its teeth at `pose` are and `u` nearly is:
+    /// where contact is to be linearised.
+    pub(crate) fn evened_out<'u>(&self, face: &Face, u: &'u [f64], pose: &Pose) -> Cow<'u, [f64]> {
+        let even = self.mirror.as_ref().and_then(|mirror| mirror.evened_out(face, u, pose));
+        even.map_or(Cow::Borrowed(u), Cow::Owned)
+    }
+
     /// The candidates where the tissue has moved by `u` (3n, node-major xyz, mm) and the teeth with their bones by
     /// `pose`.
     pub fn at(&self, face: &Face, u: &[f64], pose: &Pose) -> TouchedSurfaces {
+        let even = self.mirror.as_ref().and_then(|mirror| Some((mirror, mirror.evened_out(face, u, pose)?)));
+        let u = even.as_ref().map_or(u, |(_, even)| even);
         let mut moved = face.mesh.clone();
-        for (node, point) in moved.points.iter_mut().enumerate() {
-            *point += Vec3::from_fn(|axis, _| u.get(3 * node + axis).copied().unwrap_or(0.));
+        for (point, by) in moved.points.iter_mut().zip(u.chunks_exact(3)) {
+            *point += Vec3::new(by[0], by[1], by[2]);
         }
         let forgiven: BTreeMap<(PairKind, usize), f64> =
             self.rest.iter().map(|pair| ((pair.kind, pair.node), pair.rest_overlap_mm)).collect();
         let mut pairs = self.pairs_on(face, &moved, pose, Some(NEAR_MM));
+        if let Some((mirror, _)) = even {
+            pairs = mirror.of_one_side(pairs);
+        }
         let by_teeth = face.tooth_changes(&pairs, pose);
         let mut distance_mm = Vec::with_capacity(pairs.len());
         for (pair, by_tooth) in pairs.iter_mut().zip(by_teeth) {

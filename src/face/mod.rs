@@ -10,6 +10,7 @@ mod embed;
 mod error;
 mod jaw;
 mod landmark;
+mod mirror_image;
 mod muscle;
 mod overlap;
 mod pose;

@@ -15,6 +15,10 @@ use crate::units::Vec3;
 const MOST_ROUNDS: usize = 60;
 /// Farthest that a node moves between linearisations, mm: less than a lip is thick.
 const STRIDE_MM: f64 = 1.;
+/// How the stride of a node changes when it turns back,
+const SHORTER: f64 = 0.5;
+/// and when it goes on: so little that a node that turns back at every third linearisation comes to rest.
+const LONGER: f64 = 1.2;
 /// Share of the load in the first increment.
 const FIRST_LOAD: f64 = 0.1;
 /// Deepest overlap, mm, that counts as none.
@@ -112,7 +116,8 @@ impl FixedStiffness<'_> {
                 increment *= (STRIDE_MM / way.max(1e-3)).clamp(0.5, 2.);
                 load = next;
             }
-            let there = search.at(face, &held.displacement, &pose);
+            let even = search.evened_out(face, &held.displacement, &pose);
+            let there = search.at(face, &even, &pose);
             let distance = there.distances();
             let is_stray = |p: &Pair| distance.get(&(p.kind, p.node)).is_none_or(|d| *d > PRESSING_MM);
             let stray = held.pairs.iter().zip(held.forces.iter()).filter(|(p, _)| is_stray(p));
@@ -137,7 +142,7 @@ impl FixedStiffness<'_> {
             if settled {
                 break;
             }
-            place.follow(&held.displacement);
+            place.follow(&even);
             pairs = about(&place.u);
             last = Some(held);
         }
@@ -226,7 +231,7 @@ impl Place {
             let step = of_node(to, node) - of_node(&self.u, node);
             let stride = &mut self.stride_mm[node];
             let turned = step.dot(&self.step[node]) < 0.;
-            *stride = if turned { 0.5 * *stride } else { f64::min(1.5 * *stride, STRIDE_MM) };
+            *stride = if turned { SHORTER * *stride } else { f64::min(LONGER * *stride, STRIDE_MM) };
             self.step[node] = step;
             let taken = step * f64::min(1., *stride / step.norm().max(f64::MIN_POSITIVE));
             for axis in 0..3 {
