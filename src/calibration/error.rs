@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::forward::ForwardError;
+use crate::forward::{ContactError, ForwardError};
 use crate::inverse::TargetError;
 
 /// Why a face cannot be calibrated.
@@ -70,6 +70,16 @@ pub enum CalibrationError {
     /// The face cannot be solved.
     #[error(transparent)]
     Forward(#[from] ForwardError),
+    /// No forces keep the surfaces apart.
+    #[error(
+        "{expression}: {error}; leave it out, or calibrate without contact by movements that press little"
+    )]
+    Contact {
+        /// Name of the target.
+        expression: String,
+        /// What is wrong.
+        error: ContactError,
+    },
     /// The search stopped.
     #[error("the search stopped: {0}")]
     Search(String),

@@ -7,6 +7,7 @@
 mod combination;
 mod error;
 mod expression;
+mod held_contact;
 mod parameters;
 mod search;
 mod sensitivity;
@@ -16,11 +17,13 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 pub use combination::{Combination, per_cent};
 pub use error::CalibrationError;
 pub use expression::Expression;
+pub use held_contact::HeldContact;
 pub use parameters::{LogNormal, Parameter, Parameters, Quantity, StatedPrior};
 pub use sensitivity::Sensitivity;
 
 use self::search::{Found, Search, white};
 use crate::certainty::Discrepancy;
+use crate::face::ContactSearch;
 use crate::forward::ScaledModel;
 
 /// Share of the prior variance that the data must take away for a parameter to be theirs.
@@ -98,6 +101,8 @@ impl Calibration {
     /// The most likely `parameters` of the face of `model` with the activations of the `expressions` uncertain as they state,
     /// and the distribution of the parameters about it.
     ///
+    /// `contact` says what may touch; `None` is without contact.
+    ///
     /// Errors of the activations are integrated out on the tangent: `M sigma_a^2 M'` is added to the covariance of the
     /// residuals. So is how far the model is from the face, but for its strength, which is what is sought. The posterior is
     /// the normal distribution of the logarithms with the covariance `(J' C^-1 J + S^-2)^-1`.
@@ -109,6 +114,7 @@ impl Calibration {
         parameters: &Parameters,
         expressions: &[Expression],
         discrepancy: Discrepancy,
+        contact: Option<&ContactSearch>,
     ) -> Result<Self, CalibrationError> {
         if expressions.is_empty() {
             return Err(CalibrationError::NoExpression);
@@ -119,12 +125,11 @@ impl Calibration {
             }
         }
         let discrepancy = Discrepancy { strength: 0., ..discrepancy };
-        let search = Search { model, parameters, expressions, discrepancy };
-        let before = search.at(&parameters.medians())?;
+        let search = Search { model, parameters, expressions, discrepancy, contact };
         let found = search.run()?;
         let told = Told::new(parameters, &found)?;
         let rms = |at: &Sensitivity| (at.residual.norm_squared() / at.residual.len().max(1) as f64).sqrt();
-        let explained = expressions.iter().zip(before.iter().zip(&found.at));
+        let explained = expressions.iter().zip(found.before.iter().zip(&found.at));
         let explained = explained.map(|(expression, (before, after))| Explained {
             name: expression.name.clone(),
             components: after.residual.len(),

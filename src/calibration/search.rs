@@ -9,12 +9,13 @@ use argmin::solver::linesearch::condition::ArmijoCondition;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
-use super::{CalibrationError, Expression, Parameters, Sensitivity};
+use super::{CalibrationError, Expression, HeldContact, Parameters, Sensitivity};
 use crate::certainty::Discrepancy;
+use crate::face::ContactSearch;
 use crate::forward::ScaledModel;
 
-/// Rounds of the covariance.
-const MOST_ROUNDS: usize = 12;
+/// Rounds of the covariance and of contact.
+const MOST_ROUNDS: usize = 30;
 /// Steps of Gauss and Newton within a round.
 const MOST_STEPS: u64 = 30;
 /// Change of the norm of the residuals that ends a round.
@@ -36,6 +37,8 @@ pub(super) struct Search<'a> {
     pub(super) parameters: &'a Parameters,
     pub(super) expressions: &'a [Expression],
     pub(super) discrepancy: Discrepancy,
+    /// What may touch; `None` without contact.
+    pub(super) contact: Option<&'a ContactSearch>,
 }
 
 /// Where the search ended.
@@ -49,14 +52,16 @@ pub(super) struct Found {
     pub(super) noise: Vec<Noise>,
     /// Whether nothing moved any more.
     pub(super) converged: bool,
+    /// Each expression at the medians of the priors.
+    pub(super) before: Vec<Sensitivity>,
 }
 
 impl Search<'_> {
     /// The least of `sum_e r_e' C_e^-1 r_e + sum_p ((theta_p - mu_p) / s_p)^2`.
     ///
-    /// The covariances `C_e` change with the parameters; they are held while Gauss-Newton steps with a backtracking line
-    /// search go on, then taken anew, until a step from there with the covariances of there is none (iterated generalised
-    /// least squares, Carroll and Ruppert 1988).
+    /// The covariances `C_e` change with the parameters, and so do the gaps and normals of contact; they are held while
+    /// Gauss-Newton steps with a backtracking line search go on, then taken anew, until contact holds on the true surfaces and
+    /// a step from there with the covariances of there is none (iterated generalised least squares, Carroll and Ruppert 1988).
     pub(super) fn run(&self) -> Result<Found, CalibrationError> {
         let medians = self.parameters.medians();
         let spreads: Vec<f64> = self.parameters.list().iter().map(|p| p.prior.spread).collect();
@@ -67,35 +72,65 @@ impl Search<'_> {
             free.iter().zip(x.iter()).for_each(|(&k, x)| theta[k] += spreads[k] * x);
             theta
         };
-        let (mut at, mut noise) = self.known(&theta_at(&x))?;
-        let mut converged = false;
+        let mut contacts = self.contacts(&theta_at(&x), None)?.0;
+        let (mut at, mut noise) = self.known(&theta_at(&x), &contacts)?;
+        let before = at.clone();
+        let (mut converged, mut is_renewed) = (false, self.contact.is_some());
         for round in 0..=MOST_ROUNDS {
             let posed = Posed {
                 search: self,
+                contacts: &contacts,
                 noise: &noise,
                 free: &free,
                 spreads: &spreads,
                 theta_at: &theta_at,
                 last: Mutex::new(None),
             };
-            converged = posed.weigh(&x, &at).step() <= STILL;
+            converged = !is_renewed && posed.weigh(&x, &at).step() <= STILL;
             if converged || round == MOST_ROUNDS {
                 break;
             }
             x = posed.least(x)?;
-            (at, noise) = self.known(&theta_at(&x))?;
+            (contacts, is_renewed) = self.contacts(&theta_at(&x), Some(contacts))?;
+            (at, noise) = self.known(&theta_at(&x), &contacts)?;
         }
-        Ok(Found { theta: theta_at(&x), at, noise, converged })
+        Ok(Found { theta: theta_at(&x), at, noise, converged, before })
     }
 
-    /// Every expression at `theta` (p).
-    pub(super) fn at(&self, theta: &[f64]) -> Result<Vec<Sensitivity>, CalibrationError> {
-        let of = |expression| Sensitivity::of(self.model, self.parameters, expression, theta);
-        self.expressions.par_iter().map(of).collect()
+    /// The contact of every expression at `theta` (p), sought from `last`, and whether any had to be linearised again.
+    fn contacts(
+        &self,
+        theta: &[f64],
+        last: Option<Vec<HeldContact>>,
+    ) -> Result<(Vec<HeldContact>, bool), CalibrationError> {
+        let Some(search) = self.contact else {
+            return Ok((vec![HeldContact::none(); self.expressions.len()], false));
+        };
+        let model = self.model.at(self.parameters.moduli(theta), &self.parameters.forces(theta));
+        let of = |(k, expression)| {
+            HeldContact::renewed(&model, search, expression, last.as_ref().map(|last| &last[k]))
+        };
+        let renewed: Vec<Option<HeldContact>> =
+            self.expressions.par_iter().enumerate().map(of).collect::<Result<_, _>>()?;
+        let is_renewed = renewed.iter().any(Option::is_some);
+        let kept = last.into_iter().flatten().map(Some).chain(std::iter::repeat(None));
+        let all = renewed.into_iter().zip(kept).map(|(new, kept)| new.or(kept).unwrap_or_default());
+        Ok((all.collect(), is_renewed))
     }
 
-    fn known(&self, theta: &[f64]) -> Result<(Vec<Sensitivity>, Vec<Noise>), CalibrationError> {
-        let at = self.at(theta)?;
+    /// Every expression at `theta` (p) against its contacts.
+    fn at(&self, theta: &[f64], contacts: &[HeldContact]) -> Result<Vec<Sensitivity>, CalibrationError> {
+        let of =
+            |(expression, contact)| Sensitivity::of(self.model, self.parameters, expression, theta, contact);
+        self.expressions.par_iter().zip(contacts).map(of).collect()
+    }
+
+    fn known(
+        &self,
+        theta: &[f64],
+        contacts: &[HeldContact],
+    ) -> Result<(Vec<Sensitivity>, Vec<Noise>), CalibrationError> {
+        let at = self.at(theta, contacts)?;
         let noise =
             at.iter().zip(self.expressions).map(|(at, expression)| at.noise(expression, &self.discrepancy));
         let noise = noise.collect::<Option<Vec<_>>>().ok_or_else(|| {
@@ -131,6 +166,7 @@ impl Weighed {
 /// Residuals over the free parameters `x`, in standard deviations from their medians, the covariances held.
 struct Posed<'a, T> {
     search: &'a Search<'a>,
+    contacts: &'a [HeldContact],
     noise: &'a [Noise],
     free: &'a [usize],
     spreads: &'a [f64],
@@ -184,7 +220,7 @@ impl<T: Fn(&DVector<f64>) -> Vec<f64>> Posed<'_, T> {
         if let Some(known) = last.as_ref().filter(|known| known.x == *x) {
             return Ok(known.clone());
         }
-        let weighed = self.weigh(x, &self.search.at(&(self.theta_at)(x))?);
+        let weighed = self.weigh(x, &self.search.at(&(self.theta_at)(x), self.contacts)?);
         *last = Some(weighed.clone());
         Ok(weighed)
     }

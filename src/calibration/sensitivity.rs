@@ -3,15 +3,19 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::search::Noise;
-use super::{CalibrationError, Expression, Parameters, Quantity};
+use super::{CalibrationError, Expression, HeldContact, Parameters, Quantity};
 use crate::certainty::Discrepancy;
+use crate::contact::Pair;
 use crate::forward::ScaledModel;
 
 /// The residuals of one expression at some parameters, and their exact derivatives.
 ///
 /// ```text
-/// u = K^-1 F a,    du/dtheta = K^-1 (dF/dtheta a - dK/dtheta u),    du/da_m = K^-1 (f_m - dK/da_m u)
+/// K u = F a + G' lambda,    0 <= lambda  _|_  g + G u >= 0
+/// du/dtheta = P K^-1 (dF/dtheta a - dK/dtheta u),    du/da_m = P K^-1 (f_m - dK/da_m u)
 /// ```
+///
+/// `P` holds the gaps of the contacts that press; it is the identity where none does.
 ///
 /// Shapes: `r` residuals, `p` parameters, `k` muscles that act, `d` observed components.
 #[derive(Clone, Debug)]
@@ -33,44 +37,59 @@ pub struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// That of `expression` at `theta` (p).
+    /// That of `expression` at `theta` (p) against the candidates of `contact`.
     ///
     /// # Errors
-    /// [`CalibrationError::Forward`] where the face cannot be solved there.
+    /// [`CalibrationError::Forward`] and [`CalibrationError::Contact`] where the face cannot be solved there.
     pub fn of(
         model: &ScaledModel,
         parameters: &Parameters,
         expression: &Expression,
         theta: &[f64],
+        contact: &HeldContact,
     ) -> Result<Self, CalibrationError> {
         let Expression { activation, sigma, .. } = expression;
-        let stiff = model.at(parameters.moduli(theta), activation)?;
-        let force = parameters.forces(theta);
-        let u = stiff
-            .displacements(&[stiff.pull(force.iter().zip(activation).map(|(f, a)| f * a))])
-            .swap_remove(0);
+        let moduli = parameters.moduli(theta);
+        let scaled = model.at(moduli, &parameters.forces(theta)).with_pairs(contact.pairs.clone());
+        let stiff = scaled.at(activation)?;
+        let equilibrium = stiff
+            .equilibrium_from(&contact.touching)
+            .map_err(|error| CalibrationError::Contact { expression: expression.name.clone(), error })?;
+        let u = equilibrium.displacement;
         let acting = expression.acting();
-        let alone =
-            |muscle: usize| stiff.pull((0..force.len()).map(|k| if k == muscle { force[k] } else { 0. }));
-        let mut pushes = vec![stiff.tissue_force(&u), stiff.muscle_force(&u)];
-        pushes.extend(acting.iter().map(|&muscle| alone(muscle)));
-        pushes.extend(acting.iter().map(|&muscle| stiff.stiffening(muscle, activation[muscle], &u)));
+        let tissue = model.tissue_force(moduli, &u);
+        let whole = scaled.stiffness().pattern().multiply(&scaled.stiffness_at(activation), &u);
+        let muscle = whole.iter().zip(&tissue).map(|(whole, tissue)| whole - tissue).collect();
+        let pull = |muscle: usize| {
+            let mut force = vec![0.; scaled.n_dofs()];
+            scaled.loads()[muscle].iter().for_each(|&(dof, f)| force[dof] += f);
+            force
+        };
+        let mut pushes = vec![tissue, muscle];
+        pushes.extend(acting.iter().map(|&muscle| pull(muscle)));
+        pushes.extend(acting.iter().map(|&muscle| scaled.stiffening(muscle, activation[muscle], &u)));
+        let mut fields = stiff.cholesky().displacements(&pushes);
+        let pressing =
+            contact.pairs.iter().zip(&equilibrium.contact_forces).filter(|(_, force)| **force > 0.);
+        let pressing: Vec<Pair> = pressing.map(|(pair, _)| pair.clone()).collect();
+        stiff.hold(&pressing, &mut fields);
         let seen = |field: &Vec<f64>| {
             let points = expression.sites.iter().flat_map(|site| site.displacement(field).data.0[0]);
             DVector::from_iterator(3 * expression.sites.len(), points)
         };
-        let fields: Vec<DVector<f64>> = stiff.displacements(&pushes).iter().map(seen).collect();
+        let fields: Vec<DVector<f64>> = fields.iter().map(seen).collect();
         let observed = seen(&u);
         let (globals, muscles) = fields.split_at(2);
         let (map, softened) = muscles.split_at(acting.len());
+        let pulled = |is_meant: &dyn Fn(usize) -> bool| {
+            let of = acting.iter().zip(map).filter(|(muscle, _)| is_meant(**muscle));
+            of.fold(DVector::zeros(observed.len()), |sum, (&m, field)| sum + field * activation[m])
+        };
         let by_parameter = parameters.list().iter().map(|parameter| match &parameter.quantity {
             Quantity::TissueModulus => -&globals[0],
             Quantity::MuscleModulus => -&globals[1],
-            Quantity::MuscleStress => observed.clone(),
-            Quantity::Strength(own) => {
-                let of = acting.iter().zip(map).filter(|(muscle, _)| own.contains(muscle));
-                of.fold(DVector::zeros(observed.len()), |sum, (&m, field)| sum + field * activation[m])
-            }
+            Quantity::MuscleStress => pulled(&|_| true),
+            Quantity::Strength(own) => pulled(&|muscle| own.contains(&muscle)),
         });
         let by_parameter: Vec<DVector<f64>> = by_parameter.collect();
         let by_activation: Vec<DVector<f64>> = (acting.iter().zip(map).zip(softened))

@@ -309,6 +309,9 @@ pub(crate) struct CalibrateOptions {
     /// anatomist's muscles.
     #[arg(long, value_name = "none|mesh|anatomy", default_value = "anatomy", value_parser = parse_discrepancy)]
     pub(crate) discrepancy: Discrepancy,
+    /// How lips, cheeks and teeth touch: reactions are contact forces, off is no contact.
+    #[arg(long, value_parser = parse_forward_contact, value_name = "reactions|off", default_value = "reactions")]
+    pub(crate) contact: ContactMode,
     /// Folder for calibration.json and the calibrated face (face.toml and its files); nothing is written without it.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,

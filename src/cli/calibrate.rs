@@ -6,7 +6,7 @@ use modiolus::study;
 use modiolus::units::counted;
 
 use super::Outcome;
-use super::arguments::CalibrateOptions;
+use super::arguments::{CalibrateOptions, ContactMode};
 use super::error::CliError;
 use super::export::keep_inputs;
 use super::fit::Asked;
@@ -38,8 +38,10 @@ pub(crate) fn run(options: &CalibrateOptions) -> Result<Outcome, CliError> {
         None => None,
     };
     let targets: Vec<_> = asked.iter().map(|asked| (asked.target(), asked.observations())).collect();
-    let found = progress
-        .step("calibrate", || study::calibrate(&loaded.face, &targets, &options.prior, options.discrepancy));
+    let touches = options.contact != ContactMode::Off;
+    let found = progress.step("calibrate", || {
+        study::calibrate(&loaded.face, &targets, &options.prior, options.discrepancy, touches)
+    });
     let mut found = found.map_err(|error| match error {
         CalibrationError::Forward(error) => {
             CliError::Forward { face: loaded.called.clone(), error: Box::new(error) }
@@ -48,7 +50,7 @@ pub(crate) fn run(options: &CalibrateOptions) -> Result<Outcome, CliError> {
     })?;
     found.face.name = name_of(&loaded.face.name);
     let discrepancy = DiscrepancyJson { strength: 0., ..DiscrepancyJson::from(&options.discrepancy) };
-    let mut json = CalibrationJson::new(&found, loaded.name.clone(), discrepancy);
+    let mut json = CalibrationJson::new(&found, loaded.name.clone(), discrepancy, options.contact.name());
     (json.inputs, json.timings_s) = (inputs, progress.timings_s());
     json.warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
     let text = serde_json::to_string_pretty(&json)? + "\n";

@@ -213,6 +213,14 @@ impl<'m> FixedStiffness<'m> {
         Ok(Equilibrium { displacement, contact_forces })
     }
 
+    /// The [`equilibrium`](Self::equilibrium) against the model's pairs, sought from those `touching`, and what holds it.
+    ///
+    /// # Errors
+    /// As [`equilibrium`](Self::equilibrium).
+    pub fn equilibrium_from(&self, touching: &[usize]) -> Result<Equilibrium, ContactError> {
+        self.equilibrium_near(self.response(&[]).contact.as_ref(), touching)
+    }
+
     /// The `response` of `sites` at this stiffness, linearised about `abar` and the displacement `u`
     /// (3n, mm) that it causes:
     /// `K(abar) u' = F a' - sum_m (a'_m - abar_m) dK/da_m u + G' lambda'`.
@@ -244,6 +252,28 @@ impl<'m> FixedStiffness<'m> {
             }
         }
         tangent
+    }
+
+    /// Holds the gaps of the `touching` pairs in each of the `fields` (3n, mm): `T - K^-1 G' S^-1 G T`, with
+    /// `S = G K^-1 G'`.
+    pub fn hold(&self, touching: &[Pair], fields: &mut [Vec<f64>]) {
+        let Some(contact) = self.response_with(&[], touching).contact else { return };
+        let held = Touching::new(&contact.compliance, 0..touching.len());
+        let push = |field: &Vec<f64>| {
+            let gap =
+                DVector::from_iterator(touching.len(), touching.iter().map(|pair| pair.change_mm(field)));
+            let mut force = vec![0.; field.len()];
+            for (pair, lambda) in touching.iter().zip(&held.forces(&gap)) {
+                for (node, g) in &pair.row {
+                    (0..3).for_each(|axis| force[3 * node + axis] += lambda * g[axis]);
+                }
+            }
+            force
+        };
+        let pushes: Vec<Vec<f64>> = fields.par_iter().map(push).collect();
+        for (field, back) in fields.iter_mut().zip(self.cholesky.displacements(&pushes)) {
+            field.iter_mut().zip(back).for_each(|(t, b)| *t += b);
+        }
     }
 
     fn dense(&self, column: &SparseColumn) -> Vec<f64> {

@@ -42,7 +42,7 @@ pub use model::Model;
 pub use muscle_law::{N_TENSORS, tensors};
 pub use operation::{Operation, OperationError, operate, operate_at_finite_strain};
 pub use response::{ContactResponse, Response};
-pub use scaled_model::{ModulusFactors, ScaledModel, ScaledStiffness};
+pub use scaled_model::{ModulusFactors, ScaledModel};
 pub(crate) use settled_contact::Nearby;
 pub use settled_contact::SettledContact;
 pub use stiffness::{Pattern, Stiffness};

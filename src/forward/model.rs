@@ -57,6 +57,12 @@ impl Model {
         Self { pairs, ..self.clone() }
     }
 
+    /// This model with another stiffness on the same pattern and other loads on the same muscles.
+    #[must_use]
+    pub(super) fn with_stiffness(&self, stiffness: Arc<Stiffness>, loads: Arc<Vec<SparseColumn>>) -> Self {
+        Self { stiffness, loads, ..self.clone() }
+    }
+
     /// The model at the fixed stiffness `K(abar)`, its bones at rest; `activation` (m) is `abar`.
     ///
     /// # Errors

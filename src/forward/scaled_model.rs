@@ -1,8 +1,8 @@
-//! The linear model of a face whose moduli are multiples of its own.
+//! The linear model of a face whose moduli and forces are multiples of its own.
 
 use std::sync::Arc;
 
-use super::{Cholesky, ForwardError, Model, SparseColumn, assemble};
+use super::{ForwardError, Model, assemble};
 use crate::face::{Face, MuscleTissue};
 
 /// Multiples of a face's moduli.
@@ -15,24 +15,12 @@ pub struct ModulusFactors {
 }
 
 /// `K(a) = t K_t + s K_s(a)`: stiffness is linear in the moduli, so that that of the passive tissue and that of muscle are
-/// assembled once, for any factors `t` and `s`. Without contact, bones at rest.
+/// assembled once, for any factors `t` and `s`.
 #[derive(Clone, Debug)]
 pub struct ScaledModel {
     model: Model,
     /// `K_t`, on the pattern of the stiffness, N/mm.
     tissue: Vec<f64>,
-}
-
-/// A [`ScaledModel`] at one stiffness.
-#[derive(Clone, Debug)]
-pub struct ScaledStiffness<'m> {
-    model: &'m Model,
-    factors: ModulusFactors,
-    /// `t K_t`, N/mm.
-    tissue: Vec<f64>,
-    /// `s K_s(a)`, N/mm.
-    muscle: Vec<f64>,
-    cholesky: Cholesky,
 }
 
 impl ScaledModel {
@@ -52,49 +40,17 @@ impl ScaledModel {
         &self.model
     }
 
-    /// The stiffness at activations `a` (m).
-    ///
-    /// # Errors
-    /// [`ForwardError::NotPositiveDefinite`].
-    pub fn at(&self, factors: ModulusFactors, a: &[f64]) -> Result<ScaledStiffness<'_>, ForwardError> {
-        let tissue: Vec<f64> = self.tissue.iter().map(|k| factors.tissue * k).collect();
-        let own = self.model.stiffness_at(a);
-        let muscle: Vec<f64> = own.iter().zip(&self.tissue).map(|(k, t)| factors.muscle * (k - t)).collect();
-        let whole: Vec<f64> = tissue.iter().zip(&muscle).map(|(t, s)| t + s).collect();
-        let cholesky = Cholesky::new(Arc::clone(self.model.symbolic()), &whole)?;
-        Ok(ScaledStiffness { model: &self.model, factors, tissue, muscle, cholesky })
-    }
-}
-
-impl ScaledStiffness<'_> {
-    /// `K^-1 f` (3n each, mm) of forces (3n each, N).
-    pub fn displacements(&self, forces: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        self.cholesky.displacements(forces)
-    }
-
-    /// `F b` (3n), N, of amounts `b` (m).
-    pub fn pull(&self, amounts: impl IntoIterator<Item = f64>) -> Vec<f64> {
-        let mut force = vec![0.; self.model.n_dofs()];
-        let add = |(load, amount): (&SparseColumn, f64)| {
-            load.iter().for_each(|&(dof, f)| force[dof] += amount * f);
-        };
-        self.model.loads().iter().zip(amounts).for_each(add);
-        force
+    /// The model with its moduli multiplied by `factors` and the greatest forces of its muscles by `forces` (m).
+    pub fn at(&self, factors: ModulusFactors, forces: &[f64]) -> Model {
+        let stiffness = self.model.stiffness().scaled(&self.tissue, factors.tissue, factors.muscle);
+        let loads = self.model.loads().iter().zip(forces);
+        let loads = loads.map(|(load, by)| load.iter().map(|&(dof, f)| (dof, by * f)).collect());
+        self.model.with_stiffness(Arc::new(stiffness), Arc::new(loads.collect()))
     }
 
     /// `t K_t u` (3n), N: `dK/dlog t u`.
-    pub fn tissue_force(&self, u: &[f64]) -> Vec<f64> {
-        self.model.stiffness().pattern().multiply(&self.tissue, u)
-    }
-
-    /// `s K_s(a) u` (3n), N: `dK/dlog s u`.
-    pub fn muscle_force(&self, u: &[f64]) -> Vec<f64> {
-        self.model.stiffness().pattern().multiply(&self.muscle, u)
-    }
-
-    /// `dK/da_m u` (3n), N, of `muscle` at its activation `a`.
-    pub fn stiffening(&self, muscle: usize, a: f64, u: &[f64]) -> Vec<f64> {
-        let own = self.model.stiffening(muscle, a, u);
-        own.into_iter().map(|force| self.factors.muscle * force).collect()
+    pub fn tissue_force(&self, factors: ModulusFactors, u: &[f64]) -> Vec<f64> {
+        let force = self.model.stiffness().pattern().multiply(&self.tissue, u);
+        force.into_iter().map(|f| factors.tissue * f).collect()
     }
 }

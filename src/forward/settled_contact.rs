@@ -8,7 +8,7 @@ use super::condensed::Condensed;
 use super::contact_forces::contact_forces_near;
 use super::{ContactError, Equilibrium, FixedStiffness, Touching};
 use crate::contact::{Pair, PairKind};
-use crate::face::{ContactSearch, Face};
+use crate::face::{ContactSearch, Face, TouchedSurfaces};
 use crate::units::Vec3;
 
 /// Linearisations of the gaps before giving up,
@@ -118,11 +118,8 @@ impl FixedStiffness<'_> {
             }
             let even = search.evened_out(face, &held.displacement, &pose);
             let there = search.at(face, &even, &pose);
-            let distance = there.distances();
-            let is_stray = |p: &Pair| distance.get(&(p.kind, p.node)).is_none_or(|d| *d > PRESSING_MM);
-            let stray = held.pairs.iter().zip(held.forces.iter()).filter(|(p, _)| is_stray(p));
-            let stray_share = stray.map(|(_, f)| f).sum::<f64>() / held.forces.sum().max(f64::MIN_POSITIVE);
             let penetration_mm = there.overlap_mm();
+            let stray_share = stray_share(&there, &held.pairs, &held.forces);
             let settled = load >= 1. && penetration_mm <= TOUCHING_MM && stray_share <= STRAY;
             let whole = load >= 1. || rounds == most_rounds;
             if whole && (settled || best.as_ref().is_none_or(|b| penetration_mm < b.penetration_mm)) {
@@ -148,6 +145,22 @@ impl FixedStiffness<'_> {
         }
         best.ok_or(ContactError::NotConverged)
     }
+
+    /// Whether an equilibrium against the model's pairs satisfies contact on the deformed surfaces of `face`, as
+    /// [`SettledContact::settled`] says.
+    pub fn is_settled(&self, face: &Face, search: &ContactSearch, equilibrium: &Equilibrium) -> bool {
+        let there = search.at(face, &equilibrium.displacement, &self.pose());
+        there.overlap_mm() <= TOUCHING_MM
+            && stray_share(&there, self.model().pairs(), &equilibrium.contact_forces) <= STRAY
+    }
+}
+
+/// Share of the `forces` of `pairs` that act where the surfaces are not in touch.
+fn stray_share(there: &TouchedSurfaces, pairs: &[Pair], forces: &DVector<f64>) -> f64 {
+    let distance = there.distances();
+    let is_stray = |p: &Pair| distance.get(&(p.kind, p.node)).is_none_or(|d| *d > PRESSING_MM);
+    let stray = pairs.iter().zip(forces.iter()).filter(|(p, _)| is_stray(p));
+    stray.map(|(_, f)| f).sum::<f64>() / forces.sum().max(f64::MIN_POSITIVE)
 }
 
 /// A face beside the one that is sought.

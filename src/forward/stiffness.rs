@@ -186,6 +186,14 @@ impl Stiffness {
         }
     }
 
+    /// `by_tissue K_t + by_muscle (K - K_t)`, with `tissue` the values of `K_t`, a part of `K0`.
+    #[must_use]
+    pub(super) fn scaled(&self, tissue: &[f64], by_tissue: f64, by_muscle: f64) -> Self {
+        let base = self.base.iter().zip(tissue).map(|(k, t)| by_tissue * t + by_muscle * (k - t)).collect();
+        let scaled = |part: &Vec<(usize, f64)>| part.iter().map(|&(at, k)| (at, by_muscle * k)).collect();
+        Self { pattern: self.pattern.clone(), base, parts: self.parts.iter().map(scaled).collect() }
+    }
+
     /// Where the values stand.
     pub fn pattern(&self) -> &Pattern {
         &self.pattern

@@ -19,6 +19,8 @@ pub struct CalibrationJson {
     pub face: String,
     /// "solved" when nothing moved any more, else "`not_converged`".
     pub status: String,
+    /// "reactions" with contact, "off" without.
+    pub contact_mode: String,
     /// The moduli of the calibrated face, kPa.
     pub moduli: ModuliJson,
     /// Each parameter.
@@ -119,11 +121,11 @@ pub struct ExplainedJson {
 }
 
 impl CalibrationJson {
-    /// Deepest overlap, mm, of which there is no warning.
-    const BEARABLE_MM: f64 = 0.5;
+    /// Deepest overlap, mm, of which there is no warning: that of an answer that may be called solved.
+    const BEARABLE_MM: f64 = 0.1;
 
     /// Of `found` on the face called `face`, whose model was taken to be off by `discrepancy`.
-    pub fn new(found: &CalibratedFace, face: String, discrepancy: DiscrepancyJson) -> Self {
+    pub fn new(found: &CalibratedFace, face: String, discrepancy: DiscrepancyJson, contact: &str) -> Self {
         let CalibratedFace { calibration, face: calibrated, overlap_mm } = found;
         let names: Vec<&str> = calibration.parameters.iter().map(|p| p.parameter.name.as_str()).collect();
         let expressions: Vec<ExplainedJson> = calibration
@@ -139,15 +141,19 @@ impl CalibrationJson {
             })
             .collect();
         let deep = expressions.iter().filter(|e| e.overlap_mm > Self::BEARABLE_MM);
+        let advice = match contact {
+            "off" => {
+                "which contact would not let them: calibrate with contact, or by movements that press less"
+            }
+            _ => "where contact did not settle: leave it out, or calibrate by movements that press less",
+        };
         let warnings = deep.map(|e| {
-            format!(
-                "{}: surfaces overlap by {:.1} mm, which contact would not let them; leave it out, or calibrate by movements that press less",
-                e.name, e.overlap_mm
-            )
+            format!("{}: surfaces overlap by {:.1} mm more than at rest, {advice}", e.name, e.overlap_mm)
         });
         Self {
             face,
             status: if calibration.converged { "solved" } else { "not_converged" }.to_owned(),
+            contact_mode: contact.to_owned(),
             moduli: ModuliJson {
                 tissue_young_kpa: calibrated.tissue.young_kpa,
                 muscle_rest_kpa: calibrated.muscle_tissue.rest_kpa,

@@ -1,6 +1,6 @@
 //! What moves a face.
 
-use super::tangent::{free_fields, hold};
+use super::tangent::free_fields;
 use super::{Mechanics, MovedContact, MovedFace, MovedTangent, Stiffness, Strain, StudyError};
 use crate::contact::Pair;
 use crate::face::{ContactReach, ContactSearch, Face, Pose};
@@ -82,7 +82,7 @@ impl Mover {
                     let forces = settled.equilibrium.contact_forces.iter();
                     let pushing = settled.pairs.iter().zip(forces).filter(|(_, force)| **force > 0.);
                     let touching: Vec<Pair> = pushing.map(|(pair, _)| pair.clone()).collect();
-                    hold(&fixed, &touching, &mut fields);
+                    fixed.hold(&touching, &mut fields);
                 }
                 let contact = Some(MovedContact::of_linear(model.face(), &settled));
                 let displacement = settled.equilibrium.displacement;

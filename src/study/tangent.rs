@@ -1,11 +1,9 @@
 //! How a face that was moved goes on from there.
 
-use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::MovedFace;
-use crate::contact::Pair;
-use crate::forward::{FixedStiffness, Touching};
+use crate::forward::FixedStiffness;
 
 /// A face that was moved, and the displacement field that each muscle adds from there.
 #[derive(Clone, Debug)]
@@ -31,24 +29,4 @@ pub(super) fn free_fields(fixed: &FixedStiffness<'_>, follows: Option<&[f64]>, u
         }
     }
     fields
-}
-
-/// Holds the gaps of the `touching` pairs in each of the `fields`: `T_m - K^-1 G' S^-1 G T_m`, with `S = G K^-1 G'`.
-pub(super) fn hold(fixed: &FixedStiffness<'_>, touching: &[Pair], fields: &mut [Vec<f64>]) {
-    let Some(contact) = fixed.response_with(&[], touching).contact else { return };
-    let held = Touching::new(&contact.compliance, 0..touching.len());
-    let push = |field: &Vec<f64>| {
-        let gap = DVector::from_iterator(touching.len(), touching.iter().map(|pair| pair.change_mm(field)));
-        let mut force = vec![0.; field.len()];
-        for (pair, lambda) in touching.iter().zip(&held.forces(&gap)) {
-            for (node, g) in &pair.row {
-                (0..3).for_each(|axis| force[3 * node + axis] += lambda * g[axis]);
-            }
-        }
-        force
-    };
-    let pushes: Vec<Vec<f64>> = fields.par_iter().map(push).collect();
-    for (field, back) in fields.iter_mut().zip(fixed.cholesky().displacements(&pushes)) {
-        field.iter_mut().zip(back).for_each(|(t, b)| *t += b);
-    }
 }
