@@ -158,7 +158,11 @@ impl CliError {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::NothingToIdentify { .. } => 1,
-            Self::Calibration(error) if matches!(**error, CalibrationError::Search(_)) => 1,
+            Self::Calibration(error)
+                if matches!(**error, CalibrationError::Search(_) | CalibrationError::Contact { .. }) =>
+            {
+                1
+            }
             Self::Study { error, .. } if error.is_without_rest() => 1,
             Self::Inverse(error)
                 if matches!(

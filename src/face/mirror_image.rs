@@ -32,7 +32,8 @@ fn bits(p: Vec3) -> Bits {
     [p.x, p.y, p.z].map(|c| (c + 0.).to_bits())
 }
 
-fn mirrored(p: Vec3) -> Vec3 {
+/// The mirror image of a point or a displacement in the mid-sagittal plane `x = 0`.
+pub(super) fn mirrored(p: Vec3) -> Vec3 {
     Vec3::new(-p.x, p.y, p.z)
 }
 

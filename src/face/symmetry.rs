@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::Face;
+use super::mirror_image::mirrored;
 use crate::mesh::{Locator, Site};
 use crate::units::Vec3;
 
@@ -61,10 +62,6 @@ impl PairSymmetry {
         let of = |u: Vec3| (u.x.hypot(u.y) > 0.).then(|| u.y.atan2(u.x).to_degrees());
         [of(self.left_mm), of(mirrored(self.right_mm))]
     }
-}
-
-fn mirrored(v: Vec3) -> Vec3 {
-    Vec3::new(-v.x, v.y, v.z)
 }
 
 impl Symmetry {

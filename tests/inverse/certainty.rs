@@ -866,6 +866,26 @@ fn parameters_of_one_mesh_are_found_on_another_with_contact() {
     find_parameters_of_another_mesh(true);
 }
 
+/// A search that begins where the muscles hardly move the face meets other contacts on its way, and ends on the true surfaces.
+#[test]
+fn a_calibration_from_afar_ends_where_contact_holds() {
+    let face = standard(&Resolution::COARSE);
+    let strong = face.clone().with_strength(2.);
+    let known = [("orbicularis_oris_marginalis", 0.5, 0.005), ("zygomaticus_major_l", 0.3, 0.005)];
+    let target = known_expression_with(true, &strong, "press", &known, 0.05);
+    let observations = Observations::resolve(&target, &face, |_| Err(f64::INFINITY)).unwrap();
+    let weak = StatedPrior { name: "muscle_stress".into(), prior: LogNormal { median: 0.3, spread: 2. } };
+    let priors = [held("tissue_modulus", 1.), held("muscle_modulus", 1.), held("strength", 1.), weak];
+    let found = calibrate(&face, &[(&target, &observations)], &priors, Discrepancy::NONE, true).unwrap();
+    let stress = &found.calibration.parameters[2];
+    println!(
+        "stress 2 found {:.4} within {:.4}, overlap {:.4} mm",
+        stress.factor, stress.spread, found.overlap_mm[0]
+    );
+    assert!(found.calibration.converged && found.overlap_mm[0] <= 0.01, "{:?}", found.overlap_mm);
+    assert!((stress.factor / 2.).ln().abs() < 2. * stress.spread, "{stress:?}");
+}
+
 fn find_parameters_of_another_mesh(contact: bool) {
     let mut truth = standard(&Resolution::STANDARD).with_strength(1.5);
     truth.tissue.young_kpa *= 1.25;

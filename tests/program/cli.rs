@@ -570,6 +570,8 @@ fn a_face_is_calibrated_and_used_again() {
     let json: Value =
         serde_json::from_str(&fs::read_to_string(one.join("calibration.json")).expect("written"))
             .expect("JSON");
+    assert_eq!(json["contact_mode"], "reactions");
+    assert!(json["expressions"][0]["overlap_mm"].as_f64().expect("a number") <= 0.01, "{json}");
     let text = fs::read_to_string(one.join("face.toml")).expect("written");
     let young = json["moduli"]["tissue_young_kpa"].as_f64().expect("a number");
     assert!(text.contains("name = \"standard_coarse_calibrated\""), "{text}");
