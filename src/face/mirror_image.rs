@@ -45,24 +45,17 @@ impl MirrorImage {
         let known: HashMap<Bits, usize> = points.iter().enumerate().map(|(k, p)| (bits(*p), k)).collect();
         let partner = |p: &Vec3| known.get(&bits(mirrored(*p))).copied();
         let nodes: Vec<usize> = points.iter().map(partner).collect::<Option<_>>()?;
-        let is_own_image = |list: &mut dyn Iterator<Item = usize>| {
-            let own: BTreeSet<usize> = list.collect();
-            own.iter().all(|&node| own.contains(&nodes[node]))
-        };
+        // Nodes that share a place have no partner of their own.
+        let is_mutual = nodes.iter().enumerate().all(|(node, &other)| nodes[other] == node);
+        let is_own_image = |own: &BTreeSet<usize>| own.iter().all(|&node| own.contains(&nodes[node]));
         let lists = [&face.mucosa, &face.upper_lip, &face.lower_lip];
-        let sorted = |corners: &mut dyn Iterator<Item = usize>| {
-            let mut corners: Vec<usize> = corners.collect();
-            corners.sort_unstable();
-            corners
-        };
-        let outside: BTreeSet<Vec<usize>> =
-            facets.corners().iter().map(|f| sorted(&mut f.iter().copied())).collect();
-        let is_mirrored = lists.into_iter().all(|list| is_own_image(&mut list.iter().copied()))
-            && is_own_image(&mut fixed.iter().copied())
-            && facets
-                .corners()
-                .iter()
-                .all(|f| outside.contains(&sorted(&mut f.iter().map(|&node| nodes[node]))));
+        let outside: BTreeSet<BTreeSet<usize>> =
+            facets.corners().iter().map(|facet| facet.iter().copied().collect()).collect();
+        let image = |facet: &BTreeSet<usize>| facet.iter().map(|&node| nodes[node]).collect::<BTreeSet<_>>();
+        let is_mirrored = is_mutual
+            && is_own_image(fixed)
+            && lists.into_iter().all(|list| is_own_image(&list.iter().copied().collect()))
+            && outside.iter().all(|facet| outside.contains(&image(facet)));
         let surfaces: Vec<[BTreeSet<[Bits; 3]>; 2]> = face.teeth.iter().map(with_image).collect();
         let other = |k: usize| {
             let is_other =
@@ -77,12 +70,9 @@ impl MirrorImage {
     /// nearly is.
     pub(super) fn evened_out(&self, face: &Face, u: &[f64], pose: &Pose) -> Option<Vec<f64>> {
         let of = |node: usize| Vec3::new(u[3 * node], u[3 * node + 1], u[3 * node + 2]);
+        let apart = |(k, &other): (usize, &usize)| (of(k) - mirrored(of(other))).amax();
         let is_even = u.len() == 3 * self.nodes.len()
-            && self
-                .nodes
-                .iter()
-                .enumerate()
-                .all(|(k, &other)| (of(k) - mirrored(of(other))).amax() <= EVEN_MM)
+            && self.nodes.iter().enumerate().all(|pair| apart(pair) <= EVEN_MM)
             && self.keeps(face, pose);
         let mean = |(k, &other): (usize, &usize)| (0.5 * (of(k) + mirrored(of(other)))).data.0[0];
         is_even.then(|| self.nodes.iter().enumerate().flat_map(mean).collect())
@@ -167,4 +157,58 @@ fn mean(mut a: Pair, b: &Pair) -> Pair {
         a.at = 0.5 * (a.at + b.at);
     }
     a
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::face::RigidMotion;
+    use crate::face::standard::{Resolution, standard};
+
+    fn image(face: &Face) -> Option<MirrorImage> {
+        let fixed = face.supports.iter().flat_map(|s| s.nodes.iter().copied()).collect();
+        MirrorImage::of(face, &Facets::of(&face.mesh), &fixed)
+    }
+
+    #[test]
+    fn only_what_is_symmetric_to_the_bit_is_a_mirror_image() {
+        let face = standard(&Resolution::COARSE);
+        let nodes = image(&face).map(|image| image.nodes).unwrap_or_default();
+        assert_eq!(nodes.len(), face.mesh.n_nodes());
+        let refused = |change: &dyn Fn(&mut Face)| {
+            let mut face = face.clone();
+            change(&mut face);
+            image(&face).is_none()
+        };
+        let aside = *face.mucosa.iter().find(|&&n| face.mesh.points[n].x > 1.).expect("a node aside");
+        assert!(refused(&|face| face.mesh.points[aside].y += 1e-9));
+        assert!(refused(&|face| face.mucosa.retain(|n| *n != aside)));
+        assert!(refused(&|face| face.teeth[0].surface.points[0].x += 1e-9));
+        assert!(refused(&|face| face.supports[0].nodes.retain(|n| face.mesh.points[*n].x <= 0.)));
+        // Two nodes at one place, as where lips touch at rest.
+        assert!(refused(&|face| {
+            let (from, to) = (face.upper_lip[0], face.lower_lip[0]);
+            for (from, to) in [(from, to), (nodes[from], nodes[to])] {
+                face.mesh.points[from] = face.mesh.points[to];
+            }
+        }));
+    }
+
+    #[test]
+    fn what_is_nearly_symmetric_is_made_so() -> Result<(), &'static str> {
+        let face = standard(&Resolution::COARSE);
+        let mirror = image(&face).ok_or("a mirror image")?;
+        let rest = Pose::rest();
+        let mut u: Vec<f64> = face.mesh.points.iter().flat_map(|p| [0.1 * p.x, p.x.abs(), p.z]).collect();
+        assert_eq!(mirror.evened_out(&face, &u, &rest).ok_or("even")?, u);
+        u[0] += 1e-5;
+        let even = mirror.evened_out(&face, &u, &rest).ok_or("nearly even")?;
+        assert_eq!(mirror.evened_out(&face, &even, &rest).ok_or("even")?, even);
+        assert!(even.iter().zip(&u).all(|(even, u)| (even - u).abs() <= 0.5e-5 + 1e-15));
+        let aside = rest.with(&face.teeth[1].bone, RigidMotion::translation(Vec3::new(1., 0., 0.)));
+        assert!(mirror.evened_out(&face, &even, &aside).is_none());
+        u[0] += 1e-3;
+        assert!(mirror.evened_out(&face, &u, &Pose::rest()).is_none());
+        Ok(())
+    }
 }

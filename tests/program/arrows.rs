@@ -77,7 +77,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
     ),
     ("registration", &["forward", "face", "contact", "mesh", "units"]),
     ("recording", &["certainty", "inverse", "forward", "face", "contact", "mesh", "qp", "units"]),
-    ("calibration", &["certainty", "inverse", "forward", "face", "mesh", "units"]),
+    ("calibration", &["certainty", "inverse", "forward", "face", "contact", "mesh", "units"]),
     ("certainty", &["inverse", "face", "qp", "units"]),
     ("inverse", &["forward", "face", "contact", "mesh", "qp", "units"]),
     ("forward", &["face", "contact", "mesh", "qp", "units"]),
