@@ -132,7 +132,8 @@ impl ContactSearch {
     }
 
     /// The candidates where the tissue has moved by `u` (3n, node-major xyz, mm) and the teeth with their bones by
-    /// `pose`.
+    /// `pose`. On a face that is its own mirror image to the bit a displacement that is so to 1e-4 mm is taken to be it
+    /// exactly, and so are its pairs.
     pub fn at(&self, face: &Face, u: &[f64], pose: &Pose) -> TouchedSurfaces {
         let even = self.mirror.as_ref().and_then(|mirror| Some((mirror, mirror.evened_out(face, u, pose)?)));
         let u = even.as_ref().map_or(u, |(_, even)| even);

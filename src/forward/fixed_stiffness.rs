@@ -213,7 +213,7 @@ impl<'m> FixedStiffness<'m> {
         Ok(Equilibrium { displacement, contact_forces })
     }
 
-    /// The [`equilibrium`](Self::equilibrium) against the model's pairs, sought from those `touching`, and what holds it.
+    /// The [`equilibrium`](Self::equilibrium) against the model's pairs, its contact forces sought from the pairs `touching`.
     ///
     /// # Errors
     /// As [`equilibrium`](Self::equilibrium).
