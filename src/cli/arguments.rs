@@ -12,6 +12,8 @@ use modiolus::render::{MAX_SIDE, MIN_SIDE, Show, View};
 use modiolus::study::{HeldStiffness, Mechanics, Stiffness, Strain};
 use modiolus::units::LengthUnit;
 
+use super::error::CliError;
+
 use super::activation_list::{Assignment, parse_assignment};
 
 /// Facial biomechanics: the muscle activations that explain an expression, and the expression that
@@ -377,10 +379,14 @@ pub(crate) struct TrackOptions {
     /// How strong the muscles are, as a multiple of their `max_force_n`.
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = parse_strength)]
     pub(crate) strength: f64,
-    /// Where the stiffness of the muscles is held: each at its mean activation over the recording, or all at A; follow lets it
-    /// follow the activations.
-    #[arg(long, value_name = "mean|follow|fixed=A", default_value = "mean", value_parser = parse_held)]
-    pub(crate) stiffness: HeldStiffness,
+    /// How strain is measured. At finite strain the face is settled where frames stand for many, and each frame has what muscles
+    /// and jaw do about the nearest of these faces.
+    #[arg(long, value_name = "linear|finite", default_value = "linear", value_parser = parse_strain)]
+    pub(crate) strain: Strain,
+    /// Where the stiffness of the muscles is held at linear strain: each at its mean activation over the recording, or all at A;
+    /// follow lets it follow the activations, as at finite strain it always does.
+    #[arg(long, value_name = "mean|follow|fixed=A", value_parser = parse_held)]
+    pub(crate) stiffness: Option<HeldStiffness>,
     /// How lips, cheeks and teeth touch.
     #[arg(long, value_parser = parse_forward_contact, value_name = "reactions|off", default_value = "reactions")]
     pub(crate) contact: ContactMode,
@@ -404,6 +410,19 @@ pub(crate) struct TrackOptions {
     /// Print summary.json instead of the tables.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+impl TrackOptions {
+    /// Where the stiffness is held at linear strain.
+    pub(crate) fn stiffness(&self) -> Result<HeldStiffness, CliError> {
+        match (self.strain, self.stiffness) {
+            (Strain::Finite, Some(held)) if held != HeldStiffness::Follow => {
+                Err(CliError::HeldAtFiniteStrain(held.text()))
+            }
+            (Strain::Finite, _) => Ok(HeldStiffness::Mean),
+            (Strain::Linear, held) => Ok(held.unwrap_or_default()),
+        }
+    }
 }
 
 #[derive(Debug, Args)]

@@ -24,6 +24,11 @@ use thiserror::Error;
 /// What stops the program.
 #[derive(Debug, Error)]
 pub(crate) enum CliError {
+    /// A stiffness that is held, at finite strain.
+    #[error(
+        "--stiffness {0} is of the linear model: at finite strain the stiffness follows the activations; leave it out, or use --strain linear"
+    )]
+    HeldAtFiniteStrain(String),
     #[error(transparent)]
     TargetFile(#[from] TargetFileError),
     #[error("{}: {error}", place(.at))]

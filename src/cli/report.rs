@@ -90,8 +90,11 @@ fn tracked(folder: &Path, options: &ReportOptions) -> Result<Outcome, CliError> 
     }
     keep_inputs(&summary.inputs, [options.out.clone()])?;
     let every = options.every.map_or_else(|| track.frames.len().div_ceil(MOST_FRAMES), usize::from);
+    let shown = track.frames.len().div_ceil(every.max(1));
     let motion = progress
-        .step("move the face", || tracked_motion(&loaded.face, &track, every))
+        .counted_step("move the face", shown, "frames", |done| {
+            tracked_motion(&loaded.face, &track, every, done)
+        })
         .map_err(|error| CliError::Displacements(Box::new(error)))?;
     let recording = Path::new(&summary.recording).file_name().unwrap_or_default().to_string_lossy();
     let title = format!("{recording} on {}", loaded.face.name);

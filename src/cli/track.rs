@@ -6,13 +6,15 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use modiolus::forward::Deformation;
+use modiolus::forward::finite::FiniteError;
 use modiolus::io::{
     AlignmentJson, BoundJson, CheckedJson, FileSet, HeadJson, IntervalsJson, MappedRecording, MetJson,
-    OutlierJson, ReadOptions, RecordingDocument, SwapJson, TrackBlocks, TrackJson, VtuData, frames_csv,
-    intervals_csv, read_mapped_recording, residuals_csv, sha256, sto_text, tracked_activations, vtu_text,
+    OutlierJson, ReadOptions, RecordingDocument, SettledJson, SwapJson, TrackBlocks, TrackJson, VtuData,
+    frames_csv, intervals_csv, read_mapped_recording, residuals_csv, sha256, sto_text, tracked_activations,
+    vtu_text,
 };
 use modiolus::recording::{FrameStatus, Met, TrackSummary, TrackedFrame};
-use modiolus::study::{Strain, Track};
+use modiolus::study::{Strain, Track, TrackError};
 use modiolus::units::counted;
 
 use super::Outcome;
@@ -37,6 +39,7 @@ const INTERVALS: &str = "intervals.csv";
 const SERIES: [&str; 2] = ["series.pvd", "frame_"];
 
 pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
+    let stiffness = options.stiffness()?;
     let mut progress = Progress::new();
     let read =
         || read_mapped_recording(&options.input.recording, options.map.as_deref(), &options.input.stated());
@@ -46,28 +49,35 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     let loaded = load(&options.face, &mut progress)?.with_strength(options.strength);
     inputs.extend(loaded.inputs.clone());
     keep_inputs(&inputs, FILES.iter().chain([&INTERVALS]).map(|name| options.out.join(name)))?;
+    let failed =
+        |error| CliError::Track { recording: options.input.recording.clone(), error: Box::new(error) };
     let track = progress
         .step("prepare", || {
             let has_contact = options.contact != ContactMode::Off;
-            Track::new(&loaded.face, &document.recording, map, options.stiffness, has_contact)
+            Track::new(&loaded.face, &document.recording, map, stiffness, has_contact)
         })
-        .map_err(|error| CliError::Track {
-            recording: options.input.recording.clone(),
-            error: Box::new(error),
-        })?;
+        .map_err(failed)?;
+    let track = match options.strain {
+        Strain::Linear => track,
+        Strain::Finite => progress
+            .counted_step("settle", Track::MOST_STATES, "faces at most", |done| track.at_finite_strain(done))
+            .map_err(failed)?,
+    };
 
     let key = key(options, &loaded, &inputs)?;
     let blocks = TrackBlocks::new(&options.out, &key);
     let frames = fit(&track, &blocks, &mut progress)?;
     let summary = progress.step("sum_up", || track.summary(&loaded.face, &frames));
     let n_checked = track.blocks().len();
-    let checked = options.check.map(|strain| {
+    // At finite strain the frames are right to first order: how far that carries is always told.
+    let check = options.check.or((options.strain == Strain::Finite).then_some(Strain::Finite));
+    let checked = check.map(|strain| {
         progress.counted_step("check", n_checked, "frames", |done| track.check(&frames, strain, done))
     });
     let checked = checked
         .transpose()
         .map_err(|error| CliError::Study { face: loaded.called.clone(), error: Box::new(error) })?;
-    let beyond = progress.step("sum_up", || beyond_small(&track, &frames, &loaded))?;
+    let beyond = progress.step("sum_up", || beyond_reach(&track, &frames, &loaded))?;
 
     let intervals = options.intervals.map(usize::from).map(|every| {
         let found = progress.step("intervals", || track.intervals(&frames, every, &options.discrepancy));
@@ -87,7 +97,11 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
         None => set.without(INTERVALS),
     }
     if let Some(every) = options.series {
-        progress.step("series", || put_series(&mut set, &track, &frames, &loaded, every.into()))?;
+        let shown: Vec<usize> = (0..frames.len()).step_by(every.into()).collect();
+        let fields = progress
+            .counted_step("series", shown.len(), "frames", |done| track.displacements(&frames, &shown, done))
+            .map_err(|error| CliError::Displacements(Box::new(error)))?;
+        put_series(&mut set, &track, &shown, fields, &loaded)?;
     }
     for old in old_series(&options.out) {
         set.without(&old);
@@ -118,12 +132,12 @@ fn key(
     loaded: &LoadedFace,
     inputs: &BTreeMap<String, String>,
 ) -> Result<String, CliError> {
-    let TrackOptions { input, strength, stiffness, contact, .. } = options;
+    let TrackOptions { input, strength, strain, stiffness, contact, .. } = options;
     let ReadOptions { unit, rate_hz, image, scale, .. } = input.stated();
     let version = env!("CARGO_PKG_VERSION");
     let contents: Vec<&String> = inputs.values().collect();
     let all = format!(
-        "{version} {} {} {strength} {stiffness:?} {contact:?} {unit:?} {rate_hz:?} {image:?} {scale:?} {}",
+        "{version} {} {} {strength} {strain:?} {stiffness:?} {contact:?} {unit:?} {rate_hz:?} {image:?} {scale:?} {}",
         loaded.name,
         options.map.is_some(),
         serde_json::to_string(&contents)?
@@ -160,8 +174,8 @@ fn fit(track: &Track, blocks: &TrackBlocks, progress: &mut Progress) -> Result<V
     }
 }
 
-/// What is told of the frame in which the muscles do most, where the linear model does not describe it.
-fn beyond_small(
+/// What is told of the tissue in the frame in which the muscles do most, where it is more than tissue can bear.
+fn beyond_reach(
     track: &Track,
     frames: &[TrackedFrame],
     loaded: &LoadedFace,
@@ -169,27 +183,28 @@ fn beyond_small(
     let effort = |frame: &TrackedFrame| frame.unknowns[..track.held.len()].iter().map(|a| a * a).sum::<f64>();
     let most = (0..frames.len()).max_by(|a, b| effort(&frames[*a]).total_cmp(&effort(&frames[*b])));
     let Some(most) = most else { return Ok(Vec::new()) };
-    let fields =
-        track.displacements(frames, &[most]).map_err(|error| CliError::Displacements(Box::new(error)))?;
-    let told = |u: &Vec<f64>| beyond(Strain::Linear, &Deformation::of(&loaded.face.mesh, u));
+    let fields = match track.displacements(frames, &[most], |_| ()) {
+        Ok(fields) => fields,
+        // What the check tells of each frame it tells of this one, too.
+        Err(TrackError::Finite(FiniteError::NoRest { .. })) => Vec::new(),
+        Err(error) => return Err(CliError::Displacements(Box::new(error))),
+    };
+    let told = |u: &Vec<f64>| beyond(track.strain(), &Deformation::of(&loaded.face.mesh, u));
     Ok(fields
         .iter()
         .flat_map(told)
-        .map(|warning| format!("frame {most}, in which the muscles do most: {warning}; a target that takes this frame from the recording is fitted so"))
+        .map(|warning| format!("frame {most}, in which the muscles do most: {warning}"))
         .collect())
 }
 
-/// Every `every`th frame as VTU, and a PVD that says when each is.
+/// The frames `shown` as VTU, their displacements being `fields`, and a PVD that says when each is.
 fn put_series(
     set: &mut FileSet,
     track: &Track,
-    frames: &[TrackedFrame],
+    shown: &[usize],
+    fields: Vec<Vec<f64>>,
     loaded: &LoadedFace,
-    every: usize,
 ) -> Result<(), CliError> {
-    let shown: Vec<usize> = (0..frames.len()).step_by(every).collect();
-    let fields =
-        track.displacements(frames, &shown).map_err(|error| CliError::Displacements(Box::new(error)))?;
     let mut pvd = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
     );
@@ -243,6 +258,14 @@ fn json(
         let [from, to] = swap.frames;
         format!("`{a}` and `{b}` were exchanged in frames {from} to {to}, and exchanged back; check the labels there")
     }));
+    let without_rest: usize = track.rounds().iter().map(|round| round.without_rest).sum();
+    if without_rest > 0 {
+        warnings.push(format!(
+            "{} of the recording at which the face was to be settled at finite strain it does not come to rest at: frames near them are described from \
+             farther away",
+            counted(without_rest, "place")
+        ));
+    }
     let times_s = track.times_s();
     TrackJson {
         recording: input_name(&options.input.recording),
@@ -264,7 +287,9 @@ fn json(
             .iter()
             .map(|o| OutlierJson { frame: o.frame, marker: o.marker.clone(), residual_mm: o.residual_mm })
             .collect(),
-        stiffness: options.stiffness.text(),
+        strain: track.strain().name().to_owned(),
+        settled: track.rounds().iter().map(SettledJson::from).collect(),
+        stiffness: track.stiffness().text(),
         held_stiffness: muscles.iter().cloned().zip(track.held.iter().copied()).collect(),
         activations: muscles.iter().cloned().zip((0..m).map(|k| range(&|frame| frame.unknowns[k]))).collect(),
         jaw_opening_mm: track.mechanism().jaw().map(|_| range(&opening)),
@@ -331,6 +356,16 @@ fn told(options: &TrackOptions, json: &TrackJson) -> String {
     }
     if let Some([least, mean, most]) = json.jaw_opening_mm {
         text += &format!("{:width$} {least:29.1} {mean:6.1} {most:6.1}\n", "jaw opening, mm");
+    }
+    let settled: usize = json.settled.iter().map(|round| round.states).sum();
+    if let Some(last) = json.settled.last() {
+        text += &format!(
+            "\nat finite strain about {}: the markers of the last {} were {:.2} mm (rms) from where those before had them, {:.2} at most\n",
+            counted(settled, "settled face"),
+            last.states,
+            last.rms_mm,
+            last.most_mm
+        );
     }
     if let Some(checked) = &json.checked {
         text += &format!(

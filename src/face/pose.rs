@@ -110,26 +110,30 @@ impl Face {
 
     /// Displacement (3n, node-major xyz, mm) of the nodes that are fixed to bones; zero elsewhere.
     pub fn bone_displacement(&self, pose: &Pose) -> Vec<f64> {
-        self.on_bones(|bone, p| pose.motion(self, bone).displacement(p))
+        self.bone_field(|bone, p| pose.motion(self, bone).displacement(p))
     }
 
     /// Displacement (3n, node-major xyz) of the nodes that are fixed to bones per millimetre of jaw opening,
     /// at the opening `opening_mm`; zero on other bones, and without a jaw.
     pub fn bone_slope(&self, opening_mm: f64) -> Vec<f64> {
-        self.on_bones(|bone, p| self.jaw_slope(bone, opening_mm, p))
+        self.bone_field(|bone, p| self.jaw_slope(bone, opening_mm, p))
     }
 
     /// How the point of `bone` that rests at `p` moves per millimetre of jaw opening.
     pub fn jaw_slope(&self, bone: &str, opening_mm: f64, p: Vec3) -> Vec3 {
         match &self.jaw {
-            Some(jaw) if jaw.bone == bone || self.whole_of(bone) == Some(&jaw.bone) => {
-                jaw.slope(opening_mm, p)
-            }
+            Some(jaw) if self.is_of_jaw(bone) => jaw.slope(opening_mm, p),
             _ => Vec3::zeros(),
         }
     }
 
-    fn on_bones(&self, of: impl Fn(&str, Vec3) -> Vec3) -> Vec<f64> {
+    /// Whether `bone` is the jaw, or a piece of it.
+    pub fn is_of_jaw(&self, bone: &str) -> bool {
+        self.jaw.as_ref().is_some_and(|jaw| jaw.bone == bone || self.whole_of(bone) == Some(&jaw.bone))
+    }
+
+    /// The field (3n, node-major xyz) that is `of(bone, p)` at each node that is fixed to a bone and rests at `p`; zero elsewhere.
+    pub fn bone_field(&self, of: impl Fn(&str, Vec3) -> Vec3) -> Vec<f64> {
         let mut u = vec![0.; 3 * self.mesh.n_nodes()];
         for support in &self.supports {
             for &node in &support.nodes {

@@ -124,7 +124,7 @@ pub use track_blocks::TrackBlocks;
 pub use track_files::{FrameRow, TrackFileError, TrackFiles, read_track};
 pub use track_json::{
     AlignmentJson, BoundJson, CheckedFrameJson, CheckedJson, HeadJson, IntervalsJson, MetJson, OutlierJson,
-    SwapJson, TrackJson, track_schema,
+    SettledJson, SwapJson, TrackJson, track_schema,
 };
 pub use track_tables::{frames_csv, intervals_csv, residuals_csv, tracked_activations};
 pub use vtk::{VtuData, vtu_text, write_vtu};

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::WriteError;
 use super::atomic::write_atomically;
-use crate::recording::{FrameStatus, TrackedFrame};
+use crate::recording::{FrameStatus, Touched, TrackedFrame};
 use crate::units::Vec3;
 
 /// Where blocks are kept in the folder of a result until it is whole.
@@ -34,8 +34,8 @@ struct FrameJson {
     unknowns: Vec<f64>,
     residual_mm: Vec<Option<[f64; 3]>>,
     outliers: Vec<usize>,
-    touching: usize,
-    contact_force_n: f64,
+    /// Contacts that touch and their forces together, N.
+    touched: Option<(usize, f64)>,
     /// Infinite where nothing was found, for which JSON has no number.
     certificate: Option<f64>,
 }
@@ -84,8 +84,7 @@ impl FrameJson {
             unknowns: frame.unknowns.clone(),
             residual_mm: frame.residual_mm.iter().map(|r| r.map(Into::into)).collect(),
             outliers: frame.outliers.clone(),
-            touching: frame.touching,
-            contact_force_n: frame.contact_force_n,
+            touched: frame.touched.map(|touched| (touched.contacts, touched.force_n)),
             certificate: frame.certificate.is_finite().then_some(frame.certificate),
         }
     }
@@ -96,8 +95,7 @@ impl FrameJson {
             unknowns: self.unknowns,
             residual_mm: self.residual_mm.into_iter().map(|r| r.map(Vec3::from)).collect(),
             outliers: self.outliers,
-            touching: self.touching,
-            contact_force_n: self.contact_force_n,
+            touched: self.touched.map(|(contacts, force_n)| Touched { contacts, force_n }),
             certificate: self.certificate.unwrap_or(f64::INFINITY),
         })
     }
@@ -115,8 +113,7 @@ mod tests {
             unknowns: vec![0.1, 1. / 3.],
             residual_mm: vec![None, Some(Vec3::new(0.1, -2e-17, 3.))],
             outliers: vec![1],
-            touching: 7,
-            contact_force_n: 0.3,
+            touched: Some(Touched { contacts: 7, force_n: 0.3 }),
             certificate: f64::INFINITY,
         };
         let (blocks, block) = (TrackBlocks::new(folder.path(), "a"), 240..241);

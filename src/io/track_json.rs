@@ -11,7 +11,7 @@ use super::schema::{pretty, schema_of};
 use super::solution_json::to_text;
 use crate::certainty::Discrepancy;
 use crate::recording::{BoundMarker, LabelSwap, Met, OffSkinMarker, SubjectWarning, TrackSummary};
-use crate::study::{Checked, CheckedFrame, FrameIntervals, Track};
+use crate::study::{Checked, CheckedFrame, FrameIntervals, RestRound, Track};
 
 /// A recording fitted, as `summary.json` states it. Lengths mm, forces N, times s, frames from 0; byte-identical from run to
 /// run apart from `timings_s`.
@@ -48,6 +48,10 @@ pub struct TrackJson {
     pub swaps: Vec<SwapJson>,
     /// Markers far from what the others say, which did not count.
     pub outliers: Vec<OutlierJson>,
+    /// How strain was measured: "linear" or "finite".
+    pub strain: String,
+    /// At finite strain, the rounds in which the face was settled; empty at linear strain.
+    pub settled: Vec<SettledJson>,
     /// Where the stiffness was held: "mean", "fixed=A", or "follow" where it follows the activations.
     pub stiffness: String,
     /// Activation of each muscle at which the stiffness was held, 0 to 1; the mean where it follows.
@@ -58,7 +62,8 @@ pub struct TrackJson {
     pub jaw_opening_mm: Option<[f64; 3]>,
     /// What `intervals.csv` comes to; null where no intervals were asked for.
     pub intervals: Option<IntervalsJson>,
-    /// The face settled anew in the strongest frame of each block; null where that was not asked for.
+    /// The face settled anew in a frame of each block: that in which the muscles do most, or at finite strain the farthest from all
+    /// faces that were settled; null where that was not asked for.
     pub checked: Option<CheckedJson>,
     /// Largest violation of the optimality conditions, recomputed from the programs.
     pub certificate: f64,
@@ -76,7 +81,28 @@ pub struct TrackJson {
     pub version: String,
 }
 
-/// The face settled anew in the strongest frame of each block.
+/// Faces settled at finite strain for frames to be described about, in one round.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct SettledJson {
+    /// Faces settled.
+    pub states: usize,
+    /// Faces that do not come to rest.
+    pub without_rest: usize,
+    /// Distance of their markers from where the round before had them, at first the linear model, mm, root mean square.
+    pub rms_mm: f64,
+    /// The farthest of them, mm.
+    pub most_mm: f64,
+}
+
+impl From<&RestRound> for SettledJson {
+    fn from(round: &RestRound) -> Self {
+        let RestRound { states, without_rest, rms_mm, most_mm } = *round;
+        Self { states, without_rest, rms_mm, most_mm }
+    }
+}
+
+/// The face settled anew in a frame of each block.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct CheckedJson {

@@ -42,15 +42,16 @@ pub fn frames_csv(track: &Track, frames: &[TrackedFrame], names: Option<&[String
         let outliers: Vec<&str> =
             frame.outliers.iter().map(|&b| track.subject.bound[b].label.as_str()).collect();
         let name = names.map_or("", |names| names[k].as_str());
+        let touched =
+            frame.touched.map(|touched| (touched.contacts.to_string(), touched.force_n.to_string()));
+        let (touching, force_n) = touched.unwrap_or_default();
         let _ = write!(
             text,
-            "{k},{},{time_s},{},{},{rms},{explained},{},{},{}",
+            "{k},{},{time_s},{},{},{rms},{explained},{},{touching},{force_n}",
             entry(name),
             frame.status.name(),
             squares.len(),
-            entry(&outliers.join(" ")),
-            frame.touching,
-            frame.contact_force_n
+            entry(&outliers.join(" "))
         );
         for jaw_mm in track.mechanism().jaw_mm(&frame.unknowns).unwrap_or([0.; 3]) {
             let _ = write!(text, ",{jaw_mm}");

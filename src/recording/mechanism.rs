@@ -3,7 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::marker_map::JawFreedom;
+use super::tracker::Touched;
 use crate::face::{Face, Jaw, Pose, RigidMotion};
+use crate::forward::finite::{FiniteModel, FiniteState};
 use crate::forward::{ContactError, ContactResponse, FixedStiffness, Response, Touching, forces_holding};
 use crate::mesh::Site;
 use crate::units::Vec3;
@@ -18,7 +20,8 @@ const PROBES_MM: [f64; 2] = [5., 15.];
 ///
 /// At one stiffness everything is linear in the features `xi(x)` (w): the activations, `sin t` and `1 - cos t` of the hinge's
 /// angle `t`, the jaw's protrusion and shift, and one. The rigid motion of a hinge is linear in the two functions of its
-/// angle, and the tissue follows its bones linearly, so that the jaw may open widely.
+/// angle, and the tissue follows its bones linearly, so that the jaw may open widely. [About](Self::about_rest) a face at rest at
+/// finite strain it is the tangent there, contact included, and the hinge's arc is bent as at linear strain.
 #[derive(Clone, Debug)]
 pub struct Mechanism {
     /// Names of the muscles (m).
@@ -76,6 +79,44 @@ impl Mechanism {
         let held = Self::of(fixed, response.clone(), sites, freedom);
         let u = held.displacement(fixed, x)?;
         Ok(Self::of(fixed, fixed.tangent(sites, &response, &u), sites, freedom))
+    }
+
+    /// That of the same points at finite strain, to first order about the face of `model` at rest in `state`, whose unknowns are `x`
+    /// (n); `self` is that at linear strain. Contact is in the tangent: no contact is told. `None` where the tissue of `state` has
+    /// no tangent.
+    pub fn about_rest(
+        &self,
+        model: &FiniteModel,
+        state: &FiniteState,
+        sites: &[Site],
+        x: &[f64],
+    ) -> Option<Self> {
+        let (face, m) = (model.face(), self.muscles.len());
+        let seen = |u: &[f64]| {
+            let rows = sites.iter().flat_map(|site| <[f64; 3]>::from(site.displacement(u)));
+            DVector::from_iterator(3 * sites.len(), rows)
+        };
+        let mut observed = self.observed.clone();
+        for (k, field) in model.tangent(state, None)?.fields().iter().enumerate() {
+            observed.set_column(k, &seen(field));
+        }
+        if let (Some(Hinge { freedom, arm_mm }), Some([opening_mm, ..])) = (&self.jaw, self.jaw_mm(x)) {
+            let opening = model.follow(state, |bone, p| face.jaw_slope(bone, opening_mm, p));
+            // r du/dq = A cos t + B sin t  gives A; the arc's bend B is the linear one's.
+            let (sine, cosine) = (opening_mm / arm_mm).sin_cos();
+            let versine = observed.column(m + 1).into_owned();
+            observed.set_column(m, &((*arm_mm * seen(&opening) - sine * versine) / cosine));
+            let shifts = [Vec3::new(0., 0., freedom.protrusion_mm), Vec3::new(freedom.lateral_mm, 0., 0.)];
+            for (k, shift) in shifts.into_iter().enumerate() {
+                let way = |bone: &str, _| if face.is_of_jaw(bone) { shift } else { Vec3::zeros() };
+                observed.set_column(m + 2 + k, &seen(&model.follow(state, way)));
+            }
+        }
+        let last = observed.ncols() - 1;
+        observed.column_mut(last).fill(0.);
+        let moved = &observed * self.features(&DVector::from_column_slice(x));
+        observed.set_column(last, &(seen(state.displacement()) - moved));
+        Some(Self { muscles: self.muscles.clone(), jaw: self.jaw.clone(), observed, contact: None })
     }
 
     fn of(
@@ -174,6 +215,11 @@ impl Mechanism {
         })
     }
 
+    /// Whether contacts are told.
+    pub(super) fn has_contact(&self) -> bool {
+        self.contact.is_some()
+    }
+
     /// Nothing touches.
     pub(super) fn open(&self) -> TouchingPiece {
         let forces = DMatrix::zeros(0, self.observed.ncols());
@@ -210,6 +256,19 @@ impl Mechanism {
         let Some(contact) = &self.contact else { return Ok(Vec::new()) };
         let free = &contact.gaps * self.features(&DVector::from_column_slice(x));
         Ok(forces_holding(&contact.compliance, &free, None)?.0.as_slice().to_vec())
+    }
+
+    /// Displacements (d), mm, of the observed points at the unknowns `x` (n), contact included.
+    ///
+    /// # Errors
+    /// [`ContactError`] when no forces keep the gaps open.
+    pub fn observed_mm(&self, x: &[f64]) -> Result<DVector<f64>, ContactError> {
+        let free = &self.observed * self.features(&DVector::from_column_slice(x));
+        let forces = DVector::from_vec(self.contact_forces(x)?);
+        Ok(match &self.contact {
+            Some(contact) => free + &contact.reach * forces,
+            None => free,
+        })
     }
 
     /// Displacement (3n), mm, of the whole face at the unknowns `x` (n) with the stiffness of `fixed`.
@@ -260,14 +319,10 @@ impl Mechanism {
 }
 
 impl TouchingPiece {
-    /// How many contacts touch.
-    pub(super) fn len(&self) -> usize {
-        self.touching.contacts().len()
-    }
-
-    /// The sum of the forces at the features `xi`, N.
-    pub(super) fn force_n(&self, xi: &DVector<f64>) -> f64 {
-        (&self.forces * xi).iter().map(|f| f.max(0.)).fold(0., |sum, f| sum + f)
+    /// What touches at the features `xi`.
+    pub(super) fn touched(&self, xi: &DVector<f64>) -> Touched {
+        let force_n = (&self.forces * xi).iter().map(|f| f.max(0.)).fold(0., |sum, f| sum + f);
+        Touched { contacts: self.touching.contacts().len(), force_n }
     }
 }
 

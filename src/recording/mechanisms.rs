@@ -25,6 +25,13 @@ impl Mechanisms {
         is_whole.then_some(Self { all, of_frame })
     }
 
+    /// Those of every `step`th frame.
+    #[must_use]
+    pub fn every(&self, step: usize) -> Self {
+        let of_frame = self.of_frame.iter().step_by(step.max(1)).copied().collect();
+        Self { all: self.all.clone(), of_frame }
+    }
+
     /// Which of [`all`](Self::all) a frame has.
     pub fn index(&self, frame: usize) -> usize {
         self.of_frame.get(frame).copied().unwrap_or(0)

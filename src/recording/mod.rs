@@ -25,4 +25,4 @@ pub use movement::{LabelSwap, Movement};
 pub use recording::{FrameChoice, Recording, RecordingError};
 pub use subject::{BoundMarker, OFF_SKIN_MM, Subject, SubjectWarning};
 pub use track::{Met, Outlier, TrackSummary};
-pub use tracker::{FrameStatus, TrackedFrame, Tracker};
+pub use tracker::{FrameStatus, Touched, TrackedFrame, Tracker};

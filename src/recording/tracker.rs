@@ -65,6 +65,15 @@ impl FrameStatus {
     }
 }
 
+/// Contacts of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touched {
+    /// Contacts that touch.
+    pub contacts: usize,
+    /// Their forces together, N.
+    pub force_n: f64,
+}
+
 /// A frame fitted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackedFrame {
@@ -76,10 +85,8 @@ pub struct TrackedFrame {
     pub residual_mm: Vec<Option<Vec3>>,
     /// Bound markers that did not count, since they are far from what the others say.
     pub outliers: Vec<usize>,
-    /// Contacts that touch.
-    pub touching: usize,
-    /// Their forces together, N.
-    pub contact_force_n: f64,
+    /// What touches; `None` without contact, and where contact is in the tangent of a face at rest.
+    pub touched: Option<Touched>,
     /// Largest violation of the optimality conditions of its block.
     pub certificate: f64,
 }
@@ -468,8 +475,7 @@ impl<'a> Tracker<'a> {
             unknowns: here.x.as_slice().to_vec(),
             residual_mm: row.iter().enumerate().map(residual).collect(),
             outliers: here.outliers.clone(),
-            touching: piece.piece.len(),
-            contact_force_n: piece.piece.force_n(&xi),
+            touched: mechanism.has_contact().then(|| piece.piece.touched(&xi)),
             certificate,
         }
     }

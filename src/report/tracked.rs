@@ -3,23 +3,29 @@
 use super::motion::{Motion, MotionKind, MotionState};
 use crate::face::Face;
 use crate::io::TrackFiles;
-use crate::study::{HeldStiffness, TrackError, TrackedFace, TrackedMoment};
+use crate::study::{HeldStiffness, Strain, TrackError, TrackedFace, TrackedMoment};
 
 /// Frames that a page shows at most where it is not said otherwise: 5.5 MB on the standard face.
 pub const MOST_FRAMES: usize = 80;
 
 /// Every `every`th frame of `track` on `face`, whose muscles have the strength with which it was fitted; the answer is that of
-/// them in which the muscles do most.
+/// them in which the muscles do most. `done` hears of each frame that was computed.
 ///
 /// # Errors
 /// [`TrackError`] for a face that cannot be solved.
-pub fn tracked_motion(face: &Face, track: &TrackFiles, every: usize) -> Result<Motion, TrackError> {
+pub fn tracked_motion(
+    face: &Face,
+    track: &TrackFiles,
+    every: usize,
+    done: impl Fn(usize) + Sync,
+) -> Result<Motion, TrackError> {
     let muscles: Vec<String> = face.muscles.iter().map(|m| m.name.clone()).collect();
     let held = |name: &String| track.summary.held_stiffness.get(name).copied().unwrap_or(0.);
     let held: Vec<f64> = muscles.iter().map(held).collect();
     let has_contact = track.summary.contact_mode != "off";
     let follows = track.summary.stiffness == HeldStiffness::Follow.text();
-    let tracked = TrackedFace::new(face, (!follows).then_some(&held[..]), has_contact)?;
+    let strain = Strain::parse(&track.summary.strain).unwrap_or_default();
+    let tracked = TrackedFace::new(face, strain, (!follows).then_some(&held[..]), has_contact)?;
     let shown: Vec<usize> = (0..track.frames.len()).step_by(every.max(1)).collect();
     let rows: Vec<Vec<f64>> = shown.iter().map(|&k| track.activations.of(k, &muscles)).collect();
     let moments: Vec<TrackedMoment<'_>> = shown
@@ -27,7 +33,7 @@ pub fn tracked_motion(face: &Face, track: &TrackFiles, every: usize) -> Result<M
         .zip(&rows)
         .map(|(&k, activation)| TrackedMoment { activation, jaw_mm: track.frames[k].jaw_mm })
         .collect();
-    let fields = tracked.at(&moments)?;
+    let fields = tracked.at(&moments, done)?;
     let states: Vec<MotionState> = shown
         .iter()
         .zip(rows)

@@ -1,11 +1,12 @@
 //! What moves a face.
 
 use super::tangent::free_fields;
+use super::tracked_face::finite_model;
 use super::{Mechanics, MovedContact, MovedFace, MovedTangent, Stiffness, Strain, StudyError};
 use crate::contact::Pair;
 use crate::face::{ContactReach, ContactSearch, Face, Pose};
 use crate::forward::Model;
-use crate::forward::finite::{FaceContact, FiniteModel};
+use crate::forward::finite::FiniteModel;
 
 /// A face with its mechanics: everything that does not depend on activations and pose.
 #[derive(Clone, Debug)]
@@ -35,10 +36,7 @@ impl Mover {
             (Strain::Finite, Stiffness::Fixed(share)) => {
                 return Err(StudyError::FixedAtFiniteStrain { share });
             }
-            (Strain::Finite, Stiffness::Activated) => {
-                let contact = mechanics.contact.then(|| FaceContact::new(face)).transpose()?;
-                Kind::Finite(FiniteModel::new(face, contact)?)
-            }
+            (Strain::Finite, Stiffness::Activated) => Kind::Finite(finite_model(face, mechanics.contact)?),
         };
         Ok(Self { kind })
     }

@@ -6,10 +6,13 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use super::tracked_face::contact_pairs;
-use super::{Mechanics, Mover, Stiffness, Strain, StudyError};
+use super::key_states::{key_states, nearest};
+use super::rest_states::{RestRound, RestStates};
+use super::tracked_face::{contact_pairs, finite_model};
+use super::{HeldStiffness, Mechanics, Mover, Stiffness, Strain, StudyError, TrackedFace, TrackedMoment};
 use crate::certainty::{Discrepancy, Intervals};
 use crate::face::Face;
+use crate::forward::finite::FiniteError;
 use crate::forward::{ContactError, ForwardError, Model};
 use crate::inverse::{Goal, Marker, Place};
 use crate::mesh::Site;
@@ -24,33 +27,8 @@ const FIRST: f64 = 0.2;
 /// and frames from which it is found.
 const SAMPLED: usize = 480;
 
-/// States about which the face is described where the stiffness follows,
+/// States about which the face is described where the stiffness follows.
 const KEYS: usize = 12;
-/// and times that they are moved to the mean of their frames.
-const MOVES: usize = 10;
-
-/// Where the stiffness of a recording is held.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum HeldStiffness {
-    /// At none: it follows the activations to first order about twelve states of the recording, each frame having the nearest.
-    Follow,
-    /// Each muscle at its mean activation over the recording, found at a uniform stiffness first.
-    #[default]
-    Mean,
-    /// All muscles at one activation, 0 to 1.
-    At(f64),
-}
-
-impl HeldStiffness {
-    /// As the command line writes it: `mean`, `follow` or `fixed=A`.
-    pub fn text(self) -> String {
-        match self {
-            Self::Mean => "mean".to_owned(),
-            Self::Follow => "follow".to_owned(),
-            Self::At(a) => format!("fixed={a}"),
-        }
-    }
-}
 
 /// Why a recording was not fitted.
 #[derive(Debug, Error)]
@@ -65,6 +43,9 @@ pub enum TrackError {
     /// No contact forces hold it.
     #[error("contact: {0}; --contact off leaves it out")]
     Contact(#[from] ContactError),
+    /// It cannot be modelled at finite strain, or finds no rest there.
+    #[error(transparent)]
+    Finite(#[from] FiniteError),
 }
 
 /// The markers of one frame of `recording` as displacements on `face`, read as `map` says, and what is odd about them.
@@ -144,15 +125,21 @@ pub struct Track {
     /// The activations (m) at which the stiffness is held, or their mean where it follows.
     pub held: Vec<f64>,
     model: Model,
+    has_contact: bool,
     times_s: Vec<f64>,
     depth_weight: f64,
     map: MarkerMap,
     stiffness: HeldStiffness,
+    /// At finite strain.
+    rest: Option<RestStates>,
     /// Whether frames follow each other in time.
     is_movement: bool,
 }
 
 impl Track {
+    /// Faces that [`at_finite_strain`](Self::at_finite_strain) settles at most.
+    pub const MOST_STATES: usize = RestStates::MOST;
+
     /// `recording` on `face`, read as `map` says, at the stiffness `held`, with contact where `has_contact` says.
     ///
     /// # Errors
@@ -181,6 +168,7 @@ impl Track {
         let mut track = Self {
             mechanisms: Mechanisms::one(at(&model, &uniform)?),
             model,
+            has_contact,
             subject,
             movement,
             held: uniform,
@@ -188,6 +176,7 @@ impl Track {
             depth_weight: recording.depth_weight(),
             is_movement: recording.frame_names().is_none(),
             stiffness: held,
+            rest: None,
             map,
         };
         if matches!(held, HeldStiffness::Mean | HeldStiffness::Follow) {
@@ -196,20 +185,65 @@ impl Track {
         }
         if held == HeldStiffness::Follow {
             let sampled = track.sampled();
-            let (keys, nearest) = keys(&sampled);
+            let keys = key_states(&sampled, &[], KEYS - 1, 0.);
             let about = |x: &DVector<f64>| -> Result<Mechanism, TrackError> {
                 let x = x.as_slice();
                 Ok(Mechanism::about(&track.model.at(&x[..m])?, &sites, freedom, x)?)
             };
             let all = keys.iter().map(about).collect::<Result<Vec<Mechanism>, TrackError>>()?;
-            let step = track.step();
-            let of_frame = (0..track.times_s.len()).map(|frame| nearest[frame / step]).collect();
+            let of_frame = track.by_nearest(&sampled, |x| nearest(x, &keys).0);
             track.held = track.mean(&sampled);
             if let Some(mechanisms) = Mechanisms::new(all, of_frame) {
                 track.mechanisms = mechanisms;
             }
         }
         Ok(track)
+    }
+
+    /// The same recording at finite strain. The face is settled where frames stand for many, at first by what the linear model has
+    /// found, and each frame has what unknowns do about the nearest, to first order; it is settled in more places while its
+    /// points are not where that had them. `done` hears of each face that was settled, of [`MOST_STATES`](Self::MOST_STATES) at most.
+    ///
+    /// # Errors
+    /// [`TrackError::Finite`] when the face cannot be modelled at finite strain, or finds no rest.
+    pub fn at_finite_strain(mut self, done: impl Fn(usize) + Sync) -> Result<Self, TrackError> {
+        let model = finite_model(self.model.face(), self.has_contact)?;
+        let mut rest = RestStates::new(model, self.mechanisms.first().clone());
+        let sites: Vec<Site> = self.subject.bound.iter().map(|b| b.site.clone()).collect();
+        let mut sampled = self.sampled();
+        loop {
+            let is_refined = rest.refine(&sampled, &sites, &done)?;
+            // Once with the faces that are nearest to what was found before, once with those nearest to what these find.
+            for _ in 0..2 {
+                let of_frame = self.by_nearest(&sampled, |x| rest.nearest(x).0);
+                if let Some(mechanisms) = Mechanisms::new(rest.mechanisms.clone(), of_frame) {
+                    self.mechanisms = mechanisms;
+                }
+                sampled = self.sampled();
+            }
+            if is_refined {
+                break;
+            }
+        }
+        self.held = self.mean(&sampled);
+        self.stiffness = HeldStiffness::Follow;
+        self.rest = Some(rest);
+        Ok(self)
+    }
+
+    /// Where the stiffness is held; it follows at finite strain.
+    pub fn stiffness(&self) -> HeldStiffness {
+        self.stiffness
+    }
+
+    /// How strain is measured.
+    pub fn strain(&self) -> Strain {
+        if self.rest.is_some() { Strain::Finite } else { Strain::Linear }
+    }
+
+    /// The rounds in which faces were settled at finite strain; none at linear strain.
+    pub fn rounds(&self) -> &[RestRound] {
+        self.rest.as_ref().map_or(&[], |rest| &rest.rounds)
     }
 
     /// Times of the frames (f), s.
@@ -229,12 +263,12 @@ impl Track {
 
     /// The frames of each block, in order. Blocks may be fitted in any order.
     pub fn blocks(&self) -> Vec<Range<usize>> {
-        self.tracker(&self.movement, &self.times_s).blocks()
+        self.tracker(&self.mechanisms, &self.movement, &self.times_s).blocks()
     }
 
     /// The frames of a block fitted.
     pub fn fit(&self, block: Range<usize>) -> Vec<TrackedFrame> {
-        self.tracker(&self.movement, &self.times_s).fit(block)
+        self.tracker(&self.mechanisms, &self.movement, &self.times_s).fit(block)
     }
 
     /// All frames, block by block on all cores, each block as `fit` gives it: by [`fit`](Self::fit), or from where it was
@@ -255,7 +289,7 @@ impl Track {
         every: usize,
         discrepancy: &Discrepancy,
     ) -> Vec<FrameIntervals> {
-        let tracker = self.tracker(&self.movement, &self.times_s);
+        let tracker = self.tracker(&self.mechanisms, &self.movement, &self.times_s);
         let of = |frame: usize| {
             let intervals = tracker.seen(frame, &frames[frame]).intervals(discrepancy)?;
             Some(FrameIntervals { frame, intervals })
@@ -265,7 +299,7 @@ impl Track {
     }
 
     /// Displacements (3n each), mm, of the whole face in the frames of these places in `frames`; where the stiffness follows, at
-    /// that of the frame's own activations.
+    /// that of the frame's own activations, and at finite strain of the face at rest under them. `done` hears of each.
     ///
     /// # Errors
     /// [`TrackError`] when the face cannot be solved.
@@ -273,21 +307,22 @@ impl Track {
         &self,
         frames: &[TrackedFrame],
         places: &[usize],
+        done: impl Fn(usize) + Sync,
     ) -> Result<Vec<Vec<f64>>, TrackError> {
-        let mut fixed = self.model.at(&self.held)?;
-        let mut displacements = Vec::with_capacity(places.len());
-        for &place in places {
-            let x = &frames[place].unknowns;
-            if self.stiffness == HeldStiffness::Follow {
-                fixed = self.model.at(&x[..self.held.len()])?;
-            }
-            displacements.push(self.mechanisms.of(place).displacement(&fixed, x)?);
-        }
-        Ok(displacements)
+        let held = (self.stiffness != HeldStiffness::Follow).then_some(&self.held[..]);
+        let face = TrackedFace::new(self.model.face(), self.strain(), held, self.has_contact)?;
+        let moment = |place: &usize| {
+            let x = &frames[*place].unknowns;
+            let jaw_mm = self.mechanism().jaw_mm(x).unwrap_or_default();
+            TrackedMoment { activation: &x[..self.held.len()], jaw_mm }
+        };
+        let moments: Vec<TrackedMoment<'_>> = places.iter().map(moment).collect();
+        Ok(face.at(&moments, done)?.into_iter().map(|(displacement, _)| displacement).collect())
     }
 
     /// The face settled anew, its muscles as stiff as they are active, in the frame of each block in which the muscles do
-    /// most: what the model of the recording leaves out there. `done` hears of each frame that was.
+    /// most, or at finite strain in that which is farthest from all faces that were settled: what the model of the recording leaves
+    /// out there. `done` hears of each frame that was.
     ///
     /// # Errors
     /// [`StudyError`] when the face cannot be modelled so.
@@ -295,14 +330,20 @@ impl Track {
         &self,
         frames: &[TrackedFrame],
         strain: Strain,
-        done: impl Fn(usize),
+        done: impl Fn(usize) + Sync,
     ) -> Result<Checked, StudyError> {
         let face = self.model.face();
-        let contact = !self.model.pairs().is_empty();
+        let contact = self.has_contact;
         let mover = Mover::new(face, Mechanics { strain, stiffness: Stiffness::Activated, contact })?;
         let m = self.held.len();
-        let effort = |f: &usize| frames[*f].unknowns[..m].iter().map(|a| a * a).sum::<f64>();
-        let strongest = |block: Range<usize>| block.max_by(|a, b| effort(a).total_cmp(&effort(b)));
+        let size = |frame: usize| {
+            let x = &frames[frame].unknowns;
+            match &self.rest {
+                Some(rest) => rest.nearest(&DVector::from_column_slice(x)).1,
+                None => x[..m].iter().map(|a| a * a).sum::<f64>(),
+            }
+        };
+        let strongest = |block: Range<usize>| block.max_by(|a, b| size(*a).total_cmp(&size(*b)));
         let one = |frame: usize| {
             let fitted = &frames[frame];
             let pose = self.mechanism().pose(face, &fitted.unknowns);
@@ -330,13 +371,19 @@ impl Track {
                 residual_mm: mean(residual),
             })
         };
+        let one = |frame: usize| {
+            let found = one(frame);
+            done(1);
+            (frame, found)
+        };
+        let chosen: Vec<usize> = self.blocks().into_iter().filter_map(strongest).collect();
+        let settled: Vec<_> = chosen.into_par_iter().map(one).collect();
         let mut checked = Checked { strain, frames: Vec::new(), failed: Vec::new() };
-        for frame in self.blocks().into_iter().filter_map(strongest) {
-            match one(frame) {
+        for (frame, found) in settled {
+            match found {
                 Ok(found) => checked.frames.push(found),
                 Err(error) => checked.failed.push((frame, error)),
             }
-            done(1);
         }
         Ok(checked)
     }
@@ -346,9 +393,14 @@ impl Track {
         TrackSummary::of(face, &self.subject, &self.movement, frames)
     }
 
-    fn tracker<'a>(&'a self, movement: &'a Movement, times_s: &'a [f64]) -> Tracker<'a> {
+    fn tracker<'a>(
+        &'a self,
+        mechanisms: &'a Mechanisms,
+        movement: &'a Movement,
+        times_s: &'a [f64],
+    ) -> Tracker<'a> {
         let dynamics = self.is_movement.then_some(self.map.dynamics);
-        let (mechanisms, subject) = (&self.mechanisms, &self.subject);
+        let subject = &self.subject;
         Tracker::new(mechanisms, subject, movement, times_s, self.depth_weight, self.map.effort, dynamics)
     }
 
@@ -357,12 +409,19 @@ impl Track {
         self.times_s.len().div_ceil(SAMPLED)
     }
 
-    /// Unknowns (n each) of frames spread over the recording, all with the first mechanism.
+    /// Which mechanism each frame (f) has: that `of` the unknowns of the frame before it that is among the `sampled`.
+    fn by_nearest(&self, sampled: &[DVector<f64>], of: impl Fn(&DVector<f64>) -> usize) -> Vec<usize> {
+        let of: Vec<usize> = sampled.iter().map(of).collect();
+        let step = self.step();
+        (0..self.times_s.len()).map(|frame| of[frame / step]).collect()
+    }
+
+    /// Unknowns (n each) of frames spread over the recording.
     fn sampled(&self) -> Vec<DVector<f64>> {
         let step = self.step();
         let times_s: Vec<f64> = self.times_s.iter().step_by(step).copied().collect();
-        let movement = self.movement.every(step);
-        let tracker = self.tracker(&movement, &times_s);
+        let (movement, mechanisms) = (self.movement.every(step), self.mechanisms.every(step));
+        let tracker = self.tracker(&mechanisms, &movement, &times_s);
         let blocks: Vec<Vec<TrackedFrame>> =
             tracker.blocks().into_par_iter().map(|block| tracker.fit(block)).collect();
         blocks.iter().flatten().map(|frame| DVector::from_column_slice(&frame.unknowns)).collect()
@@ -373,41 +432,4 @@ impl Track {
         let mean = |k: usize| sampled.iter().map(|x| x[k]).sum::<f64>() / sampled.len().max(1) as f64;
         (0..self.held.len()).map(|k| mean(k).clamp(0., 1.)).collect()
     }
-}
-
-/// A few of the unknowns `sampled` that stand for all, and which of them is nearest to each: means of clusters that begin far from
-/// each other (Gonzalez 1985, Theor Comput Sci 38:293) and move to the mean of what is nearest to them (Lloyd 1982, IEEE Trans
-/// Inf Theory 28:129).
-fn keys(sampled: &[DVector<f64>]) -> (Vec<DVector<f64>>, Vec<usize>) {
-    let Some(n) = sampled.first().map(DVector::len) else { return (Vec::new(), Vec::new()) };
-    let mean = |members: &mut dyn Iterator<Item = &DVector<f64>>| {
-        let (mut sum, mut count) = (DVector::zeros(n), 0.);
-        members.for_each(|x| (sum, count) = (&sum + x, count + 1.));
-        (count > 0.).then(|| sum / count)
-    };
-    let apart = |x: &DVector<f64>, keys: &[DVector<f64>]| {
-        let squares = keys.iter().map(|key| (x - key).norm_squared()).enumerate();
-        squares.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
-    };
-    let mut keys: Vec<DVector<f64>> = mean(&mut sampled.iter()).into_iter().collect();
-    while keys.len() < KEYS {
-        let farthest = sampled.iter().max_by(|a, b| apart(a, &keys).1.total_cmp(&apart(b, &keys).1));
-        match farthest.filter(|x| apart(x, &keys).1 > 0.) {
-            Some(x) => keys.push(x.clone()),
-            None => break,
-        }
-    }
-    let nearest =
-        |keys: &[DVector<f64>]| -> Vec<usize> { sampled.iter().map(|x| apart(x, keys).0).collect() };
-    for _ in 0..MOVES {
-        let of = nearest(&keys);
-        for (k, key) in keys.iter_mut().enumerate() {
-            let mut members = sampled.iter().zip(&of).filter(|(_, own)| **own == k).map(|(x, _)| x);
-            if let Some(centre) = mean(&mut members) {
-                *key = centre;
-            }
-        }
-    }
-    let of = nearest(&keys);
-    (keys, of)
 }

@@ -2,19 +2,29 @@
 
 use rayon::prelude::*;
 
-use super::TrackError;
+use super::{Strain, TrackError};
 use crate::face::{ContactReach, ContactSearch, Face, Pose};
 use crate::forward::Model;
+use crate::forward::finite::{FaceContact, FiniteError, FiniteModel};
 use crate::recording::{JawFreedom, Mechanism};
 
-/// A face at the stiffness at which a recording was fitted: what its muscles and its jaw do to all of it.
+/// A face as a recording was fitted on it: what its muscles and its jaw do to all of it.
 #[derive(Clone, Debug)]
 pub struct TrackedFace {
-    model: Model,
+    kind: Kind,
     /// Of what the jaw may do; at the held stiffness where one is held.
     mechanism: Mechanism,
+    face: Face,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
     /// Activations (m) at which the stiffness is held; `None` where it follows them.
-    held: Option<Vec<f64>>,
+    Linear {
+        model: Model,
+        held: Option<Vec<f64>>,
+    },
+    Finite(FiniteModel),
 }
 
 /// Activations (m), and the jaw's opening, protrusion and shift to the left, mm.
@@ -27,42 +37,65 @@ pub struct TrackedMoment<'a> {
 }
 
 impl TrackedFace {
-    /// `face` with each muscle's stiffness held as at the activations `held` (m), or following them where that is `None`, with
-    /// contact where `has_contact` says.
+    /// `face` with each muscle's stiffness held as at the activations `held` (m), or following them where that is `None`, as it does at
+    /// finite strain; with contact where `has_contact` says.
     ///
     /// # Errors
     /// [`TrackError`] for a face that cannot be solved.
-    pub fn new(face: &Face, held: Option<&[f64]>, has_contact: bool) -> Result<Self, TrackError> {
-        let model = Model::new(face, contact_pairs(face, has_contact))?;
+    pub fn new(
+        face: &Face,
+        strain: Strain,
+        held: Option<&[f64]>,
+        has_contact: bool,
+    ) -> Result<Self, TrackError> {
+        let pairs = match strain {
+            Strain::Linear => contact_pairs(face, has_contact),
+            Strain::Finite => Vec::new(),
+        };
+        let model = Model::new(face, pairs)?;
         // The freedom scales the unknowns of the jaw and bounds nothing here.
         let freedom = Some(JawFreedom::default());
         let at_rest = vec![0.; model.muscles().len()];
         let mechanism = Mechanism::new(&model.at(held.unwrap_or(&at_rest))?, &[], freedom);
-        Ok(Self { model, mechanism, held: held.map(<[f64]>::to_vec) })
+        let kind = match strain {
+            Strain::Linear => Kind::Linear { model, held: held.map(<[f64]>::to_vec) },
+            Strain::Finite => Kind::Finite(finite_model(face, has_contact)?),
+        };
+        Ok(Self { kind, mechanism, face: face.clone() })
     }
 
-    /// The displacement (3n, mm) of the face at each of the `moments`, and where its bones are. The same whatever the number
-    /// of threads.
+    /// The displacement (3n, mm) of the face at each of the `moments`, and where its bones are; at finite strain that of the
+    /// face at rest. The same whatever the number of threads; `done` hears of each.
     ///
     /// # Errors
-    /// [`TrackError`] when no contact forces hold it.
-    pub fn at(&self, moments: &[TrackedMoment<'_>]) -> Result<Vec<(Vec<f64>, Pose)>, TrackError> {
+    /// [`TrackError`] when no contact forces hold it, or it is not found at rest.
+    pub fn at(
+        &self,
+        moments: &[TrackedMoment<'_>],
+        done: impl Fn(usize) + Sync,
+    ) -> Result<Vec<(Vec<f64>, Pose)>, TrackError> {
         let freedom = Some(JawFreedom::default());
-        let held = self.held.as_ref().map(|held| self.model.at(held)).transpose()?;
+        let fixed = match &self.kind {
+            Kind::Linear { model, held: Some(held) } => Some(model.at(held)?),
+            _ => None,
+        };
         let at = |moment: &TrackedMoment<'_>| {
             let mut x = moment.activation.to_vec();
             if let Some(JawFreedom { opening_mm, protrusion_mm, lateral_mm, .. }) = self.mechanism.jaw() {
                 let [opening, forward, left] = moment.jaw_mm;
                 x.extend([opening / opening_mm, forward / protrusion_mm, left / lateral_mm]);
             }
-            let displacement = match &held {
-                Some(fixed) => self.mechanism.displacement(fixed, &x)?,
-                None => {
-                    let fixed = self.model.at(moment.activation)?;
+            let pose = self.mechanism.pose(&self.face, &x);
+            let displacement = match (&self.kind, &fixed) {
+                (Kind::Finite(model), _) => model.settle(moment.activation, &pose)?.displacement().to_vec(),
+                (_, Some(fixed)) => self.mechanism.displacement(fixed, &x)?,
+                (Kind::Linear { model, .. }, None) => {
+                    let fixed = model.at(moment.activation)?;
                     Mechanism::about(&fixed, &[], freedom, &x)?.displacement(&fixed, &x)?
                 }
             };
-            Ok((displacement, self.mechanism.pose(self.model.face(), &x)))
+            done(1);
+            Ok((displacement, pose))
         };
         moments.par_iter().map(at).collect()
     }
@@ -74,4 +107,13 @@ pub(super) fn contact_pairs(face: &Face, has_contact: bool) -> Vec<crate::contac
         true => ContactSearch::new(face, ContactReach::default()).rest().to_vec(),
         false => Vec::new(),
     }
+}
+
+/// `face` at finite strain, with contact where `has_contact` says.
+///
+/// # Errors
+/// [`FiniteError`] when it cannot be modelled so.
+pub(super) fn finite_model(face: &Face, has_contact: bool) -> Result<FiniteModel, FiniteError> {
+    let contact = has_contact.then(|| FaceContact::new(face)).transpose()?;
+    FiniteModel::new(face, contact)
 }

@@ -3,17 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
 use crate::common::Random;
 use modiolus::certainty::Discrepancy;
 use modiolus::face::{Face, Pose, Similarity, standard, standard::Resolution};
 use modiolus::forward::Model;
-use modiolus::forward::finite::FiniteModel;
+use modiolus::forward::finite::{FaceContact, FiniteModel};
 use modiolus::io::{ReadOptions, read_mapped_recording};
 use modiolus::mesh::Site;
 use modiolus::recording::{
-    FrameStatus, MarkerMap, Neutral, OffSkin, Recording, Subject, SubjectError, SubjectWarning, TrackedFrame,
+    FrameStatus, JawFreedom, MarkerMap, Mechanism, Neutral, OffSkin, Recording, Subject, SubjectError,
+    SubjectWarning, TrackedFrame,
 };
 use modiolus::study::{
     FrameIntervals, HeldStiffness, Mechanics, Mover, Stiffness, Strain, Track, TrackedFace, TrackedMoment,
@@ -118,8 +120,10 @@ const GESTURES: [(&[(&str, f64)], f64); 3] = [
 /// Shares of a gesture at which the other mesh is settled; between them its points move by the polynomial through these and rest.
 const SETTLED: [f64; 3] = [0.4, 0.7, 1.];
 
-/// What another mesh of the same face does: its points and their displacements in each settled state of each gesture.
+/// What another mesh of the same face does: its points and their displacements in each settled state of each gesture, done as many
+/// times as strongly as `size` says.
 struct Other {
+    size: f64,
     names: Vec<String>,
     rest: Vec<Vec3>,
     moved: Vec<[Vec<Vec3>; 3]>,
@@ -127,7 +131,7 @@ struct Other {
 
 impl Other {
     /// Landmarks and as many other points of the skin as make 40, on `face`, displaced as `displaced` says.
-    fn new(face: &Face, displaced: impl Fn(&[f64], &Pose) -> Vec<f64>) -> Self {
+    fn new(face: &Face, size: f64, displaced: impl Fn(&[f64], &Pose) -> Vec<f64>) -> Self {
         let mut names: Vec<String> = face.landmarks.iter().map(|l| l.name.clone()).collect();
         let mut sites: Vec<Site> = face.landmarks.iter().map(|l| l.site.clone()).collect();
         let near = |p: &Vec3| p.x.abs() < 50. && p.y > -45. && p.y < 40. && p.z > -60.;
@@ -146,15 +150,15 @@ impl Other {
             SETTLED.map(|share| {
                 let mut a = vec![0.; face.muscles.len()];
                 for (name, most) in *muscles {
-                    a[face.muscle_index(name).expect("a muscle")] = share * most;
+                    a[face.muscle_index(name).expect("a muscle")] = share * size * most;
                 }
-                let u = displaced(&a, &Pose::opened(jaw, share * opening_mm));
+                let u = displaced(&a, &Pose::opened(jaw, share * size * opening_mm));
                 sites.iter().map(|s| s.displacement(&u)).collect()
             })
         };
         let moved = GESTURES.iter().map(settled).collect();
         let rest = sites.iter().map(|s| s.position).collect();
-        Self { names, rest, moved }
+        Self { size, names, rest, moved }
     }
 
     /// Share of each gesture at a time.
@@ -167,11 +171,11 @@ impl Other {
     }
 
     /// Activations of the muscles of `face` at a time.
-    fn activation(face: &Face, time_s: f64) -> Vec<f64> {
+    fn activation(&self, face: &Face, time_s: f64) -> Vec<f64> {
         let mut a = vec![0.; face.muscles.len()];
         for ((muscles, _), share) in GESTURES.iter().zip(Self::shares(time_s)) {
             for (name, most) in *muscles {
-                a[face.muscle_index(name).expect("a muscle")] += share * most;
+                a[face.muscle_index(name).expect("a muscle")] += share * self.size * most;
             }
         }
         a
@@ -299,7 +303,7 @@ struct Found {
 }
 
 impl Found {
-    fn of(face: &Face, other: &Other, truth: &Face) -> Self {
+    fn of(face: &Face, other: &Other, truth: &Face, strain: Strain) -> Self {
         let times = times();
         let (neutral, recording) = other.recorded(&times);
         let map = MarkerMap {
@@ -308,7 +312,10 @@ impl Found {
             sigma_mm: NOISE_MM,
             ..MarkerMap::default()
         };
-        let track = Track::new(face, &recording, map, HeldStiffness::At(HELD), false).expect("a subject");
+        let mut track = Track::new(face, &recording, map, HeldStiffness::At(HELD), false).expect("a subject");
+        if strain == Strain::Finite {
+            track = track.at_finite_strain(|_| ()).expect("a face at rest");
+        }
         let swaps = &track.movement.swaps;
         assert_eq!(swaps.len(), 1, "{swaps:?}");
         assert!(swaps[0].labels.iter().all(|l| l.starts_with("cheilion")), "{swaps:?}");
@@ -316,12 +323,17 @@ impl Found {
         assert!(swaps[0].frames.iter().zip(SWAPPED).all(|(f, g)| f.abs_diff(g) <= 1), "{swaps:?}");
         let frames = track.fit_all(|block| track.fit(block));
         assert!(frames.iter().all(|f| f.status == FrameStatus::Ok));
+        if strain == Strain::Finite {
+            let checked = track.check(&frames, strain, |_| ()).expect("a face that moves");
+            println!("{:?} {checked:?}", track.rounds());
+            assert!(checked.failed.is_empty() && checked.frames.iter().all(|f| f.rms_mm < 0.1));
+        }
         let intervals = track.intervals(&frames, 10, &Discrepancy::MESH);
         assert_eq!(intervals.len(), FRAMES / 10);
         let (mut determined, mut held, mut count) = (BTreeMap::new(), 0, 0);
         for (k, name) in track.mechanism().muscles.iter().enumerate() {
             let own = truth.muscle_index(name).expect("a muscle");
-            let true_value = |frame: usize| Other::activation(truth, times[frame])[own];
+            let true_value = |frame: usize| other.activation(truth, times[frame])[own];
             let width = |f: &FrameIntervals| f.intervals.max[k] - f.intervals.min[k];
             let mean_width = intervals.iter().map(width).sum::<f64>() / intervals.len() as f64;
             let square = |f: usize| (frames[f].unknowns[k] - true_value(f)).powi(2);
@@ -340,8 +352,13 @@ impl Found {
 
     /// Root mean square error over all muscles that are determined.
     fn rmse(&self) -> f64 {
-        let squares: f64 = self.determined.values().map(|e| e * e).sum();
-        (squares / self.determined.len() as f64).sqrt()
+        self.rmse_of(self.determined.keys())
+    }
+
+    /// Root mean square error over some of them.
+    fn rmse_of<'a>(&self, muscles: impl Iterator<Item = &'a String>) -> f64 {
+        let squares: Vec<f64> = muscles.map(|name| self.determined[name].powi(2)).collect();
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
     }
 
     fn assert(&self) {
@@ -357,16 +374,84 @@ fn activations_of_another_mesh_come_back() {
     let (coarse, usual) = (coarse(), standard(&Resolution::STANDARD));
     let model = Model::new(&usual, Vec::new()).expect("a model");
     let fixed = model.at(&vec![HELD; usual.muscles.len()]).expect("a stiffness");
-    let linear = Other::new(&usual, |a, pose| {
+    let linear = Other::new(&usual, 1., |a, pose| {
         let mut u = fixed.displacement(a, &[]);
         u.iter_mut().zip(fixed.lifted_by(pose)).for_each(|(u, lift)| *u += lift);
         u
     });
-    Found::of(&coarse, &linear, &usual).assert();
+    Found::of(&coarse, &linear, &usual, Strain::Linear).assert();
     let finite = FiniteModel::new(&coarse, None).expect("a model");
-    let finite =
-        Other::new(&coarse, |a, pose| finite.settle(a, pose).expect("at rest").displacement().to_vec());
-    Found::of(&usual, &finite, &coarse).assert();
+    let settled = |a: &[f64], pose: &Pose| finite.settle(a, pose).expect("at rest").displacement().to_vec();
+    Found::of(&usual, &Other::new(&coarse, 1., settled), &coarse, Strain::Linear).assert();
+}
+
+/// Twice the gestures, which strain and turn the tissue so far that a linear model takes them for other activations.
+#[test]
+fn a_movement_at_finite_strain_comes_back_at_finite_strain() {
+    let (coarse, usual) = (coarse(), standard(&Resolution::STANDARD));
+    let model = FiniteModel::new(&usual, None).expect("a model");
+    let settled = |a: &[f64], pose: &Pose| model.settle(a, pose).expect("at rest").displacement().to_vec();
+    let other = Other::new(&usual, 3., settled);
+    let [finite, linear] =
+        [Strain::Finite, Strain::Linear].map(|strain| Found::of(&coarse, &other, &usual, strain));
+    let both = || finite.determined.keys().filter(|name| linear.determined.contains_key(*name));
+    println!("{:.3} of {:?}, {:.3} held", finite.rmse(), finite.determined, finite.held);
+    println!(
+        "linear {:.3}, {:.3} of the same; {:.3} held",
+        linear.rmse(),
+        linear.rmse_of(both()),
+        linear.held
+    );
+    assert!(finite.rmse() <= 0.05, "{:.3}", finite.rmse());
+    assert!(finite.held >= 0.95, "{:.3}", finite.held);
+    assert!(both().count() >= 12, "{:?}", finite.determined);
+    assert!(finite.rmse_of(both()) < 0.6 * linear.rmse_of(both()), "{:.3}", linear.rmse_of(both()));
+}
+
+/// About a face at rest, teeth and lips included, a mechanism goes on as the face does that is settled a little farther.
+#[test]
+fn a_mechanism_about_a_face_at_rest_goes_on_as_the_face_does() {
+    const STEP: f64 = 2e-3;
+    let face = coarse();
+    let m = face.muscles.len();
+    let contact = FaceContact::new(&face).expect("surfaces that are apart");
+    let model = FiniteModel::new(&face, Some(contact)).expect("a model");
+    let sites: Vec<Site> = face.landmarks.iter().map(|l| l.site.clone()).collect();
+    let free = Model::new(&face, Vec::new()).expect("a model");
+    let fixed = free.at(&vec![HELD; m]).expect("a stiffness");
+    let linear = Mechanism::new(&fixed, &sites, Some(JawFreedom::default()));
+    let mut x = vec![0.; m + 3];
+    for (name, value) in [("zygomaticus_major_l", 0.5), ("zygomaticus_major_r", 0.4), ("risorius_l", 0.3)] {
+        x[face.muscle_index(name).expect("a muscle")] = value;
+    }
+    (x[m], x[m + 1], x[m + 2]) = (0.3, 0.2, -0.3);
+    let rest = model.settle(&x[..m], &linear.pose(&face, &x)).expect("at rest");
+    assert!(rest.contact().is_some_and(|touched| !touched.points.is_empty()));
+    let about = linear.about_rest(&model, &rest, &sites, &x).expect("a tangent");
+    let observed = |u: &[f64]| -> Vec<f64> {
+        sites.iter().flat_map(|site| <[f64; 3]>::from(site.displacement(u))).collect()
+    };
+    let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0., f64::max);
+    let there = about.observed_mm(&x).expect("no contact of its own");
+    assert!(apart(there.as_slice(), &observed(rest.displacement())) < 1e-9);
+    let zygomaticus = face.muscle_index("zygomaticus_major_l").expect("a muscle");
+    let orbicularis = face.muscle_index("orbicularis_oris_marginalis").expect("a muscle");
+    for unknown in [zygomaticus, orbicularis, m, m + 1, m + 2] {
+        let [ahead, behind] = [STEP, -STEP].map(|step| {
+            let mut x = x.clone();
+            x[unknown] += step;
+            // The orbicularis rests, and a muscle does not push.
+            x[unknown] = if unknown < m { x[unknown].max(0.) } else { x[unknown] };
+            let anew = model.settle_from(&rest, &x[..m], &linear.pose(&face, &x)).expect("at rest");
+            (observed(anew.displacement()), about.observed_mm(&x).expect("no contact of its own"))
+        });
+        let change = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
+        let anew = change(&ahead.0, &behind.0);
+        let told = change(ahead.1.as_slice(), behind.1.as_slice());
+        let size = anew.iter().fold(0., |most: f64, u| most.max(u.abs()));
+        println!("{unknown}: {:.1e} of {size:.3} mm", apart(&anew, &told));
+        assert!(apart(&anew, &told) < 0.01 * size, "{unknown}: {:e} of {size}", apart(&anew, &told));
+    }
 }
 
 /// The face settled under its own stiffness, muscle by muscle as it is active, is what a stiffness that follows is to describe.
@@ -376,7 +461,7 @@ fn a_stiffness_that_follows_describes_the_face_that_stiffens() {
     let mechanics = Mechanics { strain: Strain::Linear, stiffness: Stiffness::Activated, contact: false };
     let mover = Mover::new(&face, mechanics).expect("a face that moves");
     // Twice as much as the gestures, so that stiffness matters.
-    let other = Other::new(&face, |a, pose| {
+    let other = Other::new(&face, 1., |a, pose| {
         let a: Vec<f64> = a.iter().map(|a| 2. * a).collect();
         mover.settle(&a, pose).expect("at rest").displacement
     });
@@ -391,23 +476,24 @@ fn a_stiffness_that_follows_describes_the_face_that_stiffens() {
         let track = Track::new(&face, &recording, map.clone(), stiffness, false).expect("a subject");
         let frames = track.fit_all(|block| track.fit(block));
         assert!(frames.iter().all(|f| f.status == FrameStatus::Ok));
-        let told = std::cell::Cell::new(0);
-        let checked = track.check(&frames, Strain::Linear, |frames| told.set(told.get() + frames));
+        let told = AtomicUsize::new(0);
+        let checked = track.check(&frames, Strain::Linear, |frames| _ = told.fetch_add(frames, Relaxed));
         let checked = checked.expect("a face that moves");
-        assert_eq!(told.get(), track.blocks().len());
+        assert_eq!(told.into_inner(), track.blocks().len());
         assert!(checked.failed.is_empty() && checked.frames.len() == 1, "{checked:?}");
         let strongest = checked.frames[0].frame;
         let x = &frames[strongest].unknowns;
-        let field = track.displacements(&frames, &[strongest]).expect("solved").remove(0);
+        let field = track.displacements(&frames, &[strongest], |_| ()).expect("solved").remove(0);
         let pose = track.mechanism().pose(&face, x);
         let anew = mover.settle(&x[..face.muscles.len()], &pose).expect("at rest").displacement;
         let apart = |field: &[f64]| field.iter().zip(&anew).map(|(a, b)| (a - b).abs()).fold(0., f64::max);
         // As a page shows it, which knows the activations and the jaw alone.
         let m = face.muscles.len();
         let held = (stiffness != HeldStiffness::Follow).then_some(&track.held[..]);
-        let shown = TrackedFace::new(&face, held, false).expect("a face that moves");
+        let shown = TrackedFace::new(&face, Strain::Linear, held, false).expect("a face that moves");
         let jaw_mm = track.mechanism().jaw_mm(x).expect("a jaw");
-        let shown = shown.at(&[TrackedMoment { activation: &x[..m], jaw_mm }]).expect("solved").remove(0).0;
+        let shown =
+            shown.at(&[TrackedMoment { activation: &x[..m], jaw_mm }], |_| ()).expect("solved").remove(0).0;
         assert!((apart(&shown) - apart(&field)).abs() < 1e-9, "{:e} {:e}", apart(&shown), apart(&field));
         (checked.frames[0], apart(&field))
     });

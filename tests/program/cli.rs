@@ -516,6 +516,9 @@ fn strains_have_names_and_finite_strain_no_held_stiffness() {
         command.args(["forward", "--activate", "risorius=0.5"]).args(arguments).arg("--out").arg(&out);
         refused(&mut command, &out, &parts);
     }
+    let mut command = modiolus();
+    command.args(["track", "nowhere.c3d", "--strain", "finite", "--stiffness", "mean", "--out"]).arg(&out);
+    refused(&mut command, &out, &["--stiffness mean", "follows the activations", "--strain linear"]);
 }
 
 const KNOWN_SMILE: &str = r#"name = "known_smile"

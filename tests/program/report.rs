@@ -259,7 +259,7 @@ fn a_track_is_played_as_it_was_fitted() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = track(&face, &folder, &[]);
     let files = read_track(out.as_ref()).expect("a track");
-    let motion = tracked_motion(&face, &files, 3).expect("it moves");
+    let motion = tracked_motion(&face, &files, 3, |_| ()).expect("it moves");
     assert_eq!(motion.states.len(), TRACKED.div_ceil(3));
     let mut moved = 0_f64;
     for (k, state) in motion.states.iter().enumerate() {
@@ -311,24 +311,36 @@ fn a_track_is_played_as_it_was_fitted() {
     assert!(matches!(read_track(out.as_ref()), Err(TrackFileError::Foreign(path)) if path == table));
 }
 
-/// Where the stiffness follows, each frame is shown as the face settles under its own activations.
+/// Where the stiffness follows, at finite strain too, each frame is shown as the face settles under its own activations.
 #[test]
 fn a_track_is_played_at_the_stiffness_of_its_frames() {
     let face = standard(&Resolution::COARSE);
-    let folder = tempfile::tempdir().expect("a folder");
-    let out = track(&face, &folder, &["--stiffness", "follow", "--contact", "off"]);
-    let files = read_track(out.as_ref()).expect("a track");
-    let motion = tracked_motion(&face, &files, 10).expect("it moves");
-    let mover = Mover::new(&face, LINEAR).expect("a face that moves");
-    let mut moved = 0_f64;
-    for state in &motion.states {
-        let settled = mover.settle(&state.activation, &state.pose).expect("at rest").displacement;
-        let shown = state.displacement.as_ref().expect("a field");
-        let apart = shown.iter().zip(&settled).map(|(a, b)| (a - b).abs()).fold(0., f64::max);
-        assert!(apart < 1e-9, "{}: {apart:e}", state.label);
-        moved = moved.max(largest(shown));
+    for strain in [Strain::Linear, Strain::Finite] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let how = ["--strain", strain.name(), "--stiffness", "follow", "--contact", "off"];
+        let out = track(&face, &folder, &how);
+        let files = read_track(out.as_ref()).expect("a track");
+        let motion = tracked_motion(&face, &files, 10, |_| ()).expect("it moves");
+        let mover = Mover::new(&face, Mechanics { strain, ..LINEAR }).expect("a face that moves");
+        let mut moved = 0_f64;
+        for state in &motion.states {
+            let settled = mover.settle(&state.activation, &state.pose).expect("at rest").displacement;
+            let shown = state.displacement.as_ref().expect("a field");
+            let apart = shown.iter().zip(&settled).map(|(a, b)| (a - b).abs()).fold(0., f64::max);
+            assert!(apart < 1e-9, "{}: {apart:e}", state.label);
+            moved = moved.max(largest(shown));
+        }
+        assert!(moved > 2., "the face follows: {moved} mm");
+        // At finite strain how far the frames are from the face at rest is told without being asked for.
+        let (settled, checked) = (&files.summary.settled, &files.summary.checked);
+        assert_eq!(
+            (settled.is_empty(), checked.is_none()),
+            (strain == Strain::Linear, strain == Strain::Linear)
+        );
+        for frame in checked.iter().flat_map(|checked| &checked.frames) {
+            assert!(frame.rms_mm < 0.1, "{frame:?}");
+        }
     }
-    assert!(moved > 2., "the face follows: {moved} mm");
 }
 
 #[test]

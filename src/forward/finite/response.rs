@@ -56,27 +56,19 @@ impl FiniteModel {
         let loads: Vec<Vec<f64>> = muscles.into_iter().map(dense).collect();
         let mut fields = state.factor().displacements(&loads);
         if let Some((range, share)) = jaw {
-            let (bones, teeth) = (self.opening_slope(range, share), self.teeth_slope(range, share));
-            fields.push(self.potential().follow(state.hessian(), state.place(), &bones, &teeth));
+            let (face, opening_mm) = (self.face(), range.at(share));
+            fields.push(self.follow(state, |bone, p| face.jaw_slope(bone, opening_mm, p) * range.width_mm()));
         }
         let muscles = self.face().muscles.iter().map(|m| m.name.clone()).collect();
         Some(Tangent { fields, muscles, jaw: jaw.map(|(range, _)| range) })
     }
 
-    /// How the nodes on bones move (3n, mm) per unit share of the jaw's opening within `range`.
-    fn opening_slope(&self, range: JawRange, share: f64) -> Vec<f64> {
-        let mut slope = self.face().bone_slope(range.at(share));
-        slope.iter_mut().for_each(|v| *v *= range.width_mm());
-        slope
-    }
-
-    /// How the points of the teeth move (mm) per unit share of the jaw's opening within `range`.
-    fn teeth_slope(&self, range: JawRange, share: f64) -> Obstacles {
+    /// The displacement field (3n, mm per unit) as the point of each bone that rests at `p` moves by `way(bone, p)` from where it is
+    /// at `state`: teeth move on with their bones, and the tissue follows in balance to first order, contact included.
+    pub fn follow(&self, state: &FiniteState, way: impl Fn(&str, Vec3) -> Vec3) -> Vec<f64> {
         let face = self.face();
-        let of = |teeth: &Teeth| {
-            let slope = |p: &Vec3| face.jaw_slope(&teeth.bone, range.at(share), *p) * range.width_mm();
-            teeth.surface.points.iter().map(slope).collect()
-        };
-        Obstacles::new(face.teeth.iter().map(of).collect())
+        let of = |teeth: &Teeth| teeth.surface.points.iter().map(|p| way(&teeth.bone, *p)).collect();
+        let teeth = Obstacles::new(face.teeth.iter().map(of).collect());
+        self.potential().follow(state.hessian(), state.place(), &face.bone_field(&way), &teeth)
     }
 }

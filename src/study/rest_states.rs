@@ -1,0 +1,129 @@
+//! Faces at rest at finite strain that stand for a recording.
+
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use super::key_states::{key_states, nearest};
+use crate::face::Pose;
+use crate::forward::finite::{FiniteError, FiniteModel};
+use crate::mesh::Site;
+use crate::recording::Mechanism;
+
+/// Faces settled in a round after the first,
+const STATES: usize = 12;
+/// and rounds at most.
+const ROUNDS: usize = 5;
+/// Distance of unknowns within which frames are described by a face that is known.
+const NEAR: f64 = 0.05;
+/// Distance of a face's points from where they were predicted that is good enough, mm (rms over points and faces).
+const GOOD_MM: f64 = 0.15;
+
+/// Faces at rest at finite strain, and what unknowns do to the observed points about each.
+#[derive(Clone, Debug)]
+pub(super) struct RestStates {
+    model: FiniteModel,
+    /// At linear strain.
+    linear: Mechanism,
+    /// The unknowns (n each),
+    at: Vec<DVector<f64>>,
+    /// and what they do from there.
+    pub(super) mechanisms: Vec<Mechanism>,
+    pub(super) rounds: Vec<RestRound>,
+}
+
+/// Faces that were settled in one round, and how far their observed points are from where the round before had them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestRound {
+    /// Faces settled.
+    pub states: usize,
+    /// Faces that do not come to rest.
+    pub without_rest: usize,
+    /// Distance of the observed points from where they were predicted, mm: root mean square over points and faces,
+    pub rms_mm: f64,
+    /// and the farthest.
+    pub most_mm: f64,
+}
+
+impl RestStates {
+    /// None yet of the face of `model`, which moves as `linear` has it at linear strain.
+    pub(super) fn new(model: FiniteModel, linear: Mechanism) -> Self {
+        Self { model, linear, at: Vec::new(), mechanisms: Vec::new(), rounds: Vec::new() }
+    }
+
+    /// Faces settled in all rounds together, at most.
+    pub(super) const MOST: usize = 1 + (ROUNDS - 1) * STATES;
+
+    /// The nearest to the unknowns `x`, and how far it is.
+    pub(super) fn nearest(&self, x: &DVector<f64>) -> (usize, f64) {
+        nearest(x, &self.at)
+    }
+
+    /// Settles the face at the mean of the unknowns `sampled` of frames, and in later rounds where they are far from what is known;
+    /// whether no other round is worth it.
+    ///
+    /// # Errors
+    /// [`FiniteError`] when none is at rest anywhere.
+    pub(super) fn refine(
+        &mut self,
+        sampled: &[DVector<f64>],
+        sites: &[Site],
+        done: &(impl Fn(usize) + Sync),
+    ) -> Result<bool, FiniteError> {
+        // The linear model is far off where muscles do much: it gives the mean, and what is found about that the rest.
+        let most = if self.at.is_empty() { 0 } else { STATES };
+        let new = key_states(sampled, &self.at, most, NEAR);
+        let m = self.linear.muscles.len();
+        let settled: Vec<Result<Option<Mechanism>, FiniteError>> = new
+            .par_iter()
+            .map(|x| {
+                let pose = self.pose(x);
+                let a: Vec<f64> = x.as_slice()[..m].iter().map(|a| a.clamp(0., 1.)).collect();
+                let state = self.model.settle(&a, &pose);
+                done(1);
+                Ok(self.linear.about_rest(&self.model, &state?, sites, x.as_slice()))
+            })
+            .collect();
+        let (mut squares, mut points, mut most_mm, mut without_rest) = (0., 0_usize, 0_f64, 0);
+        let known = self.at.len();
+        let mut failure = None;
+        for (x, settled) in new.into_iter().zip(settled) {
+            let found = match settled {
+                Ok(found) => found,
+                Err(error @ FiniteError::NoRest { .. }) => {
+                    failure = Some(error);
+                    None
+                }
+                Err(error) => return Err(error),
+            };
+            let Some(mechanism) = found else {
+                without_rest += 1;
+                continue;
+            };
+            let before = match known {
+                0 => &self.linear,
+                _ => &self.mechanisms[nearest(&x, &self.at[..known]).0],
+            };
+            if let (Ok(before), Ok(after)) =
+                (before.observed_mm(x.as_slice()), mechanism.observed_mm(x.as_slice()))
+            {
+                for (before, after) in before.as_slice().chunks(3).zip(after.as_slice().chunks(3)) {
+                    let apart = before.iter().zip(after).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+                    (squares, points, most_mm) = (squares + apart, points + 1, most_mm.max(apart.sqrt()));
+                }
+            }
+            self.at.push(x);
+            self.mechanisms.push(mechanism);
+        }
+        if let (true, Some(error)) = (self.at.is_empty(), failure) {
+            return Err(error);
+        }
+        let rms_mm = (squares / points.max(1) as f64).sqrt();
+        let states = self.at.len() - known;
+        self.rounds.push(RestRound { states, without_rest, rms_mm, most_mm });
+        Ok(self.rounds.len() == ROUNDS || states == 0 || rms_mm <= GOOD_MM)
+    }
+
+    fn pose(&self, x: &DVector<f64>) -> Pose {
+        self.linear.pose(self.model.face(), x.as_slice())
+    }
+}
