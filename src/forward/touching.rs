@@ -1,9 +1,15 @@
 //! Contacts that touch, without those whose rows repeat the others.
 
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
+use faer::prelude::ReborrowMut;
+use faer::{MatMut, MatRef, Par};
 use nalgebra::{DMatrix, DVector};
 
 /// A contact whose compliance is lost up to this share when the others are held is redundant.
 const DEPENDENT: f64 = 1e-9;
+
+/// Right sides from which on a blocked solution is faster than one by one.
+const MANY: usize = 8;
 
 /// A set of contacts with independent rows, and the Cholesky factor of its compliance `S_II`.
 ///
@@ -68,8 +74,11 @@ impl Touching {
         }
     }
 
-    /// Solves `S_II x = v` in place, column by column (k x any).
+    /// Solves `S_II x = v` in place (k x any).
     pub fn solve(&self, values: &mut DMatrix<f64>) {
+        if values.ncols() >= MANY {
+            return self.solve_many(values);
+        }
         for mut column in values.column_iter_mut() {
             let x = column.as_mut_slice();
             forward(&self.factor, x);
@@ -78,6 +87,19 @@ impl Touching {
                 own[0] = (own[0] - dot(&column[1..], below)) / column[0];
             }
         }
+    }
+
+    /// The same with a factor that is put together first, blocked by columns.
+    fn solve_many(&self, values: &mut DMatrix<f64>) {
+        let (k, columns) = values.shape();
+        let mut factor = vec![0.; k * k];
+        for (at, column) in self.factor.iter().enumerate() {
+            factor[at * (k + 1)..(at + 1) * k].copy_from_slice(column);
+        }
+        let factor = MatRef::from_column_major_slice(&factor, k, k);
+        let mut values = MatMut::from_column_major_slice_mut(values.as_mut_slice(), k, columns);
+        solve_lower_triangular_in_place(factor, values.rb_mut(), Par::Seq);
+        solve_upper_triangular_in_place(factor.transpose(), values, Par::Seq);
     }
 
     /// `lambda_I = -S_II^-1 v_I` spread over all `c` contacts, N, for contact-free gaps `v` (c), mm.
@@ -99,8 +121,20 @@ impl Touching {
 
     /// `S lambda` (c), mm, of forces `lambda_I` (k, N) on the touching contacts.
     pub fn opening(&self, compliance: &DMatrix<f64>, forces: &[f64]) -> DVector<f64> {
-        let mut opening = DVector::zeros(compliance.nrows());
-        for (&i, &force) in self.contacts.iter().zip(forces) {
+        let c = compliance.nrows();
+        let mut opening = DVector::zeros(c);
+        let column = |i: usize| &compliance.as_slice()[i * c..(i + 1) * c];
+        // Four columns at a time, so that the sum is read and written a quarter as often.
+        let (fours, rest) = self.contacts.as_chunks::<4>();
+        let (force_fours, force_rest) = forces.as_chunks::<4>();
+        for (contacts, [f, g, h, e]) in fours.iter().zip(force_fours) {
+            let [p, q, r, s] = contacts.map(column);
+            let columns = p.iter().zip(q).zip(r).zip(s);
+            for (sum, (((p, q), r), s)) in opening.iter_mut().zip(columns) {
+                *sum += (f * p + g * q) + (h * r + e * s);
+            }
+        }
+        for (&i, &force) in rest.iter().zip(force_rest) {
             opening.axpy(force, &compliance.column(i), 1.0);
         }
         opening

@@ -128,6 +128,14 @@ impl StagedActiveSet {
         }
     }
 
+    /// That of a program with more stages, each of which begins from one of these, `from`.
+    pub fn spread(&self, from: &[usize]) -> Self {
+        let take =
+            |of: &Vec<Vec<Hold>>| from.iter().map(|&t| of.get(t).cloned().unwrap_or_default()).collect();
+        // What joins stages, and rows that not all have, begin inactive.
+        Self { holds: take(&self.holds), rows: Vec::new(), links: Vec::new() }
+    }
+
     fn exchange(&mut self, problem: &StagedProblem, stage: usize, one: Wrong) {
         match one {
             Wrong::Variable(variable, hold) => self.holds[stage][variable] = hold,

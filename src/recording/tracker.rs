@@ -19,6 +19,8 @@ use crate::units::Vec3;
 const BLOCK: usize = 240;
 /// and frames on either side that are solved with them, so that what is kept does not know where blocks end.
 const HALO: usize = 30;
+/// Frames from one to the next of those from which the others begin.
+const STRIDE: usize = 6;
 /// Programs of a block before it is given up.
 const ROUNDS: usize = 40;
 /// Changes of its contacts after which a frame keeps them and stays within their piece.
@@ -107,6 +109,7 @@ pub struct Tracker<'a> {
 }
 
 /// A frame on the way.
+#[derive(Clone)]
 struct Here {
     frame: usize,
     /// Its measured displacements weighted (d), zero where not seen.
@@ -189,6 +192,7 @@ impl<'a> Tracker<'a> {
     pub fn fit(&self, block: Range<usize>) -> Vec<TrackedFrame> {
         let range = block.start.saturating_sub(HALO)..(block.end + HALO).min(self.times_s.len());
         let mut window = self.window(&range);
+        self.begin(&mut window);
         let mut fitted = self.settle(&mut window);
         let first = self.outliers(&fitted);
         if first.iter().any(|o| !o.is_empty()) {
@@ -291,7 +295,7 @@ impl<'a> Tracker<'a> {
         });
         Window {
             frames: frames.collect(),
-            links: (range.start..range.end - 1).map(|f| self.link(f)).collect(),
+            links: (range.start..range.end - 1).map(|f| self.link(f, f + 1)).collect(),
             pieces,
             active: StagedActiveSet::default(),
         }
@@ -375,9 +379,9 @@ impl<'a> Tracker<'a> {
         stage
     }
 
-    fn link(&self, frame: usize) -> Link {
+    fn link(&self, frame: usize, next: usize) -> Link {
         let (m, n) = (self.mechanisms.first().muscles.len(), self.mechanisms.first().n_unknowns());
-        let dt = self.times_s[frame + 1] - self.times_s[frame];
+        let dt = self.times_s[next] - self.times_s[frame];
         let Some(Dynamics { change_per_root_s, rise_s, fall_s }) = self.dynamics else {
             return Link { weight: DVector::zeros(n), rows: Vec::new() };
         };
@@ -389,8 +393,45 @@ impl<'a> Tracker<'a> {
         Link { weight, rows: rows.flat_map(of).collect() }
     }
 
-    /// Fits the frames of a window together, until contacts and jaw stay where they are.
+    /// Brings the frames of a window near to where they will be: every few of them are fitted, and those between begin from
+    /// between them.
+    fn begin(&self, window: &mut Window) {
+        let n = window.frames.len();
+        if n <= 2 * STRIDE {
+            return;
+        }
+        let mut chosen: Vec<usize> = (0..n - 1).step_by(STRIDE).collect();
+        chosen.push(n - 1);
+        let frames: Vec<Here> = chosen.iter().map(|&t| window.frames[t].clone()).collect();
+        let links = frames.windows(2).map(|pair| self.link(pair[0].frame, pair[1].frame)).collect();
+        let pieces = std::mem::take(&mut window.pieces);
+        let mut few = Window { frames, links, pieces, active: StagedActiveSet::default() };
+        self.iterate(&mut few);
+        let nearest: Vec<usize> = (0..n).map(|t| ((t + STRIDE / 2) / STRIDE).min(chosen.len() - 1)).collect();
+        window.active = few.active.spread(&nearest);
+        window.pieces = few.pieces;
+        for (t, here) in window.frames.iter_mut().enumerate() {
+            let k = (t / STRIDE).min(chosen.len() - 2);
+            let (before, after) = (&few.frames[k], &few.frames[k + 1]);
+            let share = (t - chosen[k]) as f64 / (chosen[k + 1] - chosen[k]) as f64;
+            here.x = before.x.lerp(&after.x, share);
+            let near = &few.frames[nearest[t]];
+            if self.mechanisms.index(near.frame) == self.mechanisms.index(here.frame) {
+                (here.piece, here.found_at) = (near.piece, near.found_at.clone());
+            }
+        }
+    }
+
+    /// Fits the frames of a window together.
     fn settle(&self, window: &mut Window) -> Vec<TrackedFrame> {
+        let (passes, certificate) = self.iterate(window);
+        let tracked = |here: &Here| self.tracked(here, &window.pieces.all[here.piece], passes, certificate);
+        window.frames.iter().map(tracked).collect()
+    }
+
+    /// Fits the frames of a window together, until contacts and jaw stay where they are: whether they do and the optimality
+    /// conditions hold, and how well.
+    fn iterate(&self, window: &mut Window) -> (bool, f64) {
         let Window { frames, links, pieces, active } = window;
         let (mut certificate, mut is_settled) = (f64::INFINITY, false);
         for _ in 0..ROUNDS {
@@ -412,9 +453,7 @@ impl<'a> Tracker<'a> {
                 break;
             }
         }
-        let passes = is_settled && certificate <= crate::qp::TOLERANCE;
-        let tracked = |here: &Here| self.tracked(here, &pieces.all[here.piece], passes, certificate);
-        frames.iter().map(tracked).collect()
+        (is_settled && certificate <= crate::qp::TOLERANCE, certificate)
     }
 
     /// Takes the contacts of where a frame is now; whether they are those that it had. They are sought from its own or from those of
@@ -422,8 +461,7 @@ impl<'a> Tracker<'a> {
     fn follow(&self, here: &mut Here, before: Option<&Here>, pieces: &mut Pieces) -> bool {
         let (index, mechanism) = (self.mechanisms.index(here.frame), self.mechanisms.of(here.frame));
         let xi = mechanism.features(&here.x);
-        let own = &pieces.all[here.piece].piece;
-        let slack = mechanism.slacks(own, &xi);
+        let slack = mechanism.slacks(&pieces.all[here.piece].piece, &xi);
         let least = -ROUNDING * slack.amax();
         if slack.iter().all(|slack| *slack >= least) {
             here.found_at = xi;
