@@ -118,6 +118,19 @@ pub enum RegistrationError {
         /// What is needed.
         needed: f64,
     },
+    /// A bone that is elsewhere.
+    #[error(
+        "{:.0} per cent of the tissue that belongs on the {bone} is within {reach_mm:.0} mm of the one given: bone and scan differ in unit or \
+         axes; export both from one program without turning or scaling either", 100. * held
+    )]
+    BoneAway {
+        /// The bone.
+        bone: String,
+        /// Share of its nodes that found it.
+        held: f64,
+        /// How far it is sought, mm.
+        reach_mm: f64,
+    },
     /// The proportions cannot be built.
     #[error(transparent)]
     Proportions(#[from] ParameterError),
@@ -149,6 +162,23 @@ pub enum RegistrationWarning {
     /// The triangles of the scan face inward.
     #[error("the scan's triangles face inward; they were taken the other way round")]
     InsideOut,
+    /// The triangles of a bone face into it.
+    #[error("the triangles of the {bone} face inward; they were taken the other way round")]
+    BoneInsideOut {
+        /// The bone.
+        bone: String,
+    },
+    /// A bone of which the tissue has found a part.
+    #[error(
+        "{:.0} per cent of the tissue that belongs on the {bone} has found the one given; elsewhere it has the depth of the standard's",
+        100. * held
+    )]
+    BonePartly {
+        /// The bone.
+        bone: String,
+        /// Share of its nodes that found it.
+        held: f64,
+    },
     /// Parts of the scan were left out.
     #[error(
         "the scan has {}; those without a landmark, {:.0} per cent of its area, were left out",

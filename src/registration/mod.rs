@@ -7,6 +7,7 @@
 //! 4. Muscles, landmarks and the jaw come along; teeth and bones that are given take the place of the standard's.
 //! 5. [`RegistrationQuality`]: how far it can be trusted.
 
+mod bones;
 mod correspondence;
 mod dentition;
 mod depth;

@@ -1,16 +1,15 @@
 //! The standard face matched to a patient's scan.
 
-use super::correspondence::{FaceSkin, SkinAt, Tie, correspond, inner_nodes};
+use super::bones::Bones;
+use super::correspondence::{FaceSkin, SkinAt, Tie, correspond};
 use super::dentition::{Clearance, Solids, jaw_motion, moved, moved_jaw};
 use super::depth::Depths;
 use super::placement::Placement;
 use super::proportions::{bring, fit_proportions};
 use super::quality::RegistrationQuality;
 use super::scan::{OFF_MM, Scan};
-use super::sheet::Sheet;
 use super::tissue::{Spring, Tissue};
 use super::{GivenLandmark, RegistrationError, RegistrationWarning, Similarity};
-use crate::contact::Facets;
 use crate::face::standard::{Parameters, Resolution, standard};
 use crate::face::{Face, Teeth};
 use crate::forward::finite::FaceContact;
@@ -31,8 +30,6 @@ const REACH_MM: [f64; 2] = [15., 6.];
 /// A tie loses weight at so many times the median distance, and never below so many mm.
 const OUTLYING: f64 = 3.;
 const OUTLYING_MM: f64 = 1.;
-/// Stiffness across a tie as a share of that along its normal: the skin slides, but not at once.
-const ACROSS: f64 = 0.05;
 /// Area of skin that a landmark stands for in the first round and in the last, mm².
 const LANDMARK_MM2: [f64; 2] = [300., 30.];
 /// How much less stiff than the skin what lies below it is held.
@@ -42,8 +39,6 @@ const DEPTH: f64 = 0.03;
 const AROUND_MM2: f64 = 3.;
 const PUSHES: i32 = 10;
 const PUSH: f64 = 2.;
-/// How far bone may be from the tissue that belongs on it, mm.
-const BONE_REACH_MM: f64 = 12.;
 /// Share of the skin that a scan must cover, and below which that is told.
 const NEEDED_COVER: f64 = 0.3;
 const TOLD_COVER: f64 = 0.7;
@@ -160,10 +155,11 @@ pub fn register(
 
     let given: Vec<Teeth> =
         subject.teeth.iter().map(|t| Teeth { surface: own(&t.surface), ..t.clone() }).collect();
-    let bones: Vec<(&str, Sheet)> =
-        subject.bones.iter().map(|(name, surface)| (name.as_str(), Sheet::new(own(surface)))).collect();
+    let bones = subject.bones.iter().map(|(name, surface)| (name.clone(), own(surface)));
+    let bones = Bones::new(bones, &start, &mut warnings);
     let matching = Matching { start: &start, scan: &scan, held: &held, given: &given, bones: &bones };
     let (x, teeth) = matching.solve(&mut tell)?;
+    bones.tell(&start, &x, &mut warnings)?;
 
     tell("measuring");
     let face = matching.face(&x, teeth, &standing.name);
@@ -222,7 +218,7 @@ struct Matching<'a> {
     /// Landmarks that are held: number on the face, and place, mm.
     held: &'a [(usize, Vec3)],
     given: &'a [Teeth],
-    bones: &'a [(&'a str, Sheet)],
+    bones: &'a Bones,
 }
 
 impl Matching<'_> {
@@ -250,7 +246,7 @@ impl Matching<'_> {
             let ties = correspond(&at, &self.scan.sheet, &self.scan.drawn, between(REACH_MM));
             let mut springs = springs_of(&ties, stiffness);
             springs.extend(self.landmark_springs(stiffness * between(LANDMARK_MM2)));
-            let (on_bone, bone_springs) = self.bone_springs(&x, stiffness);
+            let (on_bone, bone_springs) = self.bones.springs(face, &x, stiffness);
             springs.extend(depths.springs(&x, &at, DEPTH * stiffness, |n| on_bone.binary_search(&n).is_ok()));
             springs.extend(bone_springs);
             if round == WITHOUT_TEETH {
@@ -288,39 +284,6 @@ impl Matching<'_> {
             along: stiffness,
             across: stiffness,
         })
-    }
-
-    /// Nodes that given bones hold, ascending, and the springs that do, `stiffness` in N/mm³.
-    fn bone_springs(&self, x: &[Vec3], stiffness: f64) -> (Vec<usize>, Vec<Spring>) {
-        let (mut nodes, mut springs) = (Vec::new(), Vec::new());
-        if self.bones.is_empty() {
-            return (nodes, springs);
-        }
-        let mut mesh = self.start.mesh.clone();
-        mesh.points = x.to_vec();
-        let inner = Facets::of(&mesh).within(&inner_nodes(self.start));
-        let (normals, areas) = (inner.node_normals(&mesh), inner.node_areas(&mesh));
-        for (name, sheet) in self.bones {
-            let supports = self.start.supports.iter().filter(|support| support.bone == *name);
-            for &node in supports.flat_map(|support| &support.nodes) {
-                let (Some(normal), Some(area)) = (normals.get(&node), areas.get(&node)) else { continue };
-                let Some(foot) = sheet.nearest(x[node], Some(-normal), BONE_REACH_MM) else { continue };
-                if foot.is_rim {
-                    continue;
-                }
-                nodes.push(node);
-                let (target, along) = (foot.point, stiffness * area);
-                springs.push(Spring {
-                    carriers: vec![(node, 1.)],
-                    target,
-                    normal: foot.normal,
-                    along,
-                    across: ACROSS * along,
-                });
-            }
-        }
-        nodes.sort_unstable();
-        (nodes, springs)
     }
 
     /// The teeth with the nodes at `x` (n, mm): the patient's, or the template's where the tissue has brought them.
@@ -372,13 +335,7 @@ fn springs_of(ties: &[Tie], stiffness: f64) -> Vec<Spring> {
     let spring = |tie: &Tie| {
         let weight = (outlying / (outlying + tie.distance_mm.powi(2))).powi(2);
         let along = 0.5 * weight * stiffness * tie.area;
-        Spring {
-            carriers: tie.carriers.clone(),
-            target: tie.target,
-            normal: tie.normal,
-            along,
-            across: ACROSS * along,
-        }
+        Spring::sliding(tie.carriers.clone(), tie.target, tie.normal, along)
     };
     ties.iter().map(spring).collect()
 }

@@ -23,6 +23,9 @@ const LONGEST_MM: f64 = 5.;
 /// First and greatest weight of the rest stiffness where the Hessian is indefinite.
 const SHIFT: [f64; 2] = [0.05, 100.];
 
+/// Stiffness across a sliding spring as a share of that along its normal.
+const ACROSS: f64 = 0.05;
+
 /// A spring between a point of the tissue and a place:
 /// `1/2 (k_n (n.r)² + k_t |r - (n.r) n|²)`, `r` from the place to the point.
 #[derive(Clone, Debug)]
@@ -39,6 +42,11 @@ pub(super) struct Spring {
 }
 
 impl Spring {
+    /// One of the stiffness `along` (N/mm) its normal and a share of that across: what it holds slides, but not at once.
+    pub(super) fn sliding(carriers: Vec<(usize, f64)>, target: Vec3, normal: Vec3, along: f64) -> Self {
+        Self { carriers, target, normal, along, across: ACROSS * along }
+    }
+
     fn stiffness(&self) -> Matrix3<f64> {
         let n = self.normal;
         self.across * Matrix3::identity() + (self.along - self.across) * (n * n.transpose())

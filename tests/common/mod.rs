@@ -8,6 +8,7 @@ mod grids;
 pub mod piece;
 mod pressed;
 mod random;
+pub mod surfaces;
 
 pub use cuboid::cuboid;
 pub use grids::{

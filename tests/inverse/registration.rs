@@ -1,43 +1,20 @@
 //! The standard face matched to scans: of itself, of known faces, of a real one, and of what goes wrong.
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 
+use crate::common::surfaces::{bone, skin};
 use modiolus::contact::closest_on_triangle;
 use modiolus::face::standard::{Parameters, Resolution, parametric, standard};
 use modiolus::face::{About, Cut, CutBy, Face, Motion, Move, SurgicalPlan, Teeth};
 use modiolus::forward::operate_at_finite_strain;
 use modiolus::io::{read_landmarks, read_surface};
-use modiolus::mesh::{Facet, Skin, Surface, boundary_facets};
+use modiolus::mesh::Surface;
 use modiolus::registration::{
     GivenLandmark, Registration, RegistrationError, RegistrationWarning, Subject, Template, register,
 };
 use modiolus::units::{LengthUnit, Vec3};
 
 const COARSE: Template = Template::Standard(Resolution::COARSE);
-
-/// The skin of a face, each triangle split in four `times` over.
-fn skin(face: &Face, times: usize) -> Surface {
-    let is_skin = |facet: &Facet| facet.corners().iter().all(|n| face.skin.binary_search(n).is_ok());
-    let facets: Vec<Facet> = boundary_facets(&face.mesh).into_iter().filter(is_skin).collect();
-    (0..times).fold(Skin::new(&face.mesh, &facets).surface, |surface, _| split(&surface))
-}
-
-fn split(surface: &Surface) -> Surface {
-    let mut points = surface.points.clone();
-    let mut middles: HashMap<[usize; 2], usize> = HashMap::new();
-    let mut triangles = Vec::new();
-    for &[a, b, c] in &surface.triangles {
-        let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[i, j]| {
-            *middles.entry([i.min(j), i.max(j)]).or_insert_with(|| {
-                points.push((surface.points[i] + surface.points[j]) / 2.);
-                points.len() - 1
-            })
-        });
-        triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
-    }
-    Surface { points, triangles }
-}
 
 fn landmarks(face: &Face) -> Vec<GivenLandmark> {
     let given =
@@ -167,6 +144,53 @@ fn a_known_face_is_recovered_from_a_noisy_partial_scan() {
     assert!(found.quality.inverted == 0 && found.quality.scaled_jacobian >= 0.1);
     let (errors, _) = found.face.check();
     assert!(errors.is_empty(), "{errors:?}");
+}
+
+/// Share of the nodes of `face` on `bone` that are within 0.3 mm of `surface`.
+fn on_bone(face: &Face, bone: &str, surface: &Surface) -> f64 {
+    let nearest = |p: Vec3| {
+        let distance =
+            |t: &[usize; 3]| (closest_on_triangle(p, t.map(|v| surface.points[v])).point - p).norm();
+        surface.triangles.iter().map(distance).fold(f64::INFINITY, f64::min)
+    };
+    let nodes = face.supports.iter().filter(|s| s.bone == bone).flat_map(|s| &s.nodes);
+    let is_on: Vec<bool> = nodes.map(|&n| nearest(face.mesh.points[n]) < 0.3).collect();
+    is_on.iter().filter(|is_on| **is_on).count() as f64 / is_on.len() as f64
+}
+
+/// A patient whose tissue is 2 mm thicker over both bones: where they are given, whichever way their triangles face, the tissue
+/// lies on them under the same skin; without them it keeps its depth.
+#[test]
+fn tissue_comes_to_lie_on_the_bones_of_a_patient() {
+    let face = standard(&Resolution::COARSE);
+    let given: Vec<(String, Surface)> =
+        ["skull", "mandible"].map(|name| (name.to_owned(), bone(&face, name, 2.))).into();
+    let with = |bones: Vec<(String, Surface)>| Subject { bones, ..subject(&face, 0) };
+    let on = |face: &Face| given.iter().map(|(name, bone)| on_bone(face, name, bone)).collect::<Vec<_>>();
+    let without = found(&with(Vec::new()));
+    assert!(on(&without.face).iter().all(|share| *share < 0.2), "{:?}", on(&without.face));
+    let on_bone = found(&with(given.clone()));
+    // Attachments end where bones do, and there tissue is held by what is beside it.
+    assert!(on(&on_bone.face).iter().all(|share| *share > 0.8), "{:?}", on(&on_bone.face));
+    let is_inner = |p: Vec3| p.x.abs() < 45. && p.y > -40. && p.y < 35. && p.z > -50.;
+    let skin_mm = skin_rms(&on_bone.face, &face, is_inner);
+    assert!(skin_mm < 0.1, "{skin_mm}");
+    assert!(on_bone.quality.scaled_jacobian > 0.1, "{}", on_bone.quality.scaled_jacobian);
+    let inward = |w: &RegistrationWarning| matches!(w, RegistrationWarning::BoneInsideOut { .. });
+    assert!(!on_bone.warnings.iter().any(inward), "{:?}", on_bone.warnings);
+
+    let mut turned = given.clone();
+    turned.iter_mut().for_each(|(_, bone)| bone.triangles.iter_mut().for_each(|t| t.swap(1, 2)));
+    let turned = found(&with(turned));
+    assert_eq!(turned.warnings.iter().filter(|w| inward(w)).count(), 2, "{:?}", turned.warnings);
+    assert_eq!(turned.face, on_bone.face);
+
+    let metres = given.iter().map(|(name, bone)| {
+        let points = bone.points.iter().map(|p| p / 1000.).collect();
+        (name.clone(), Surface { points, triangles: bone.triangles.clone() })
+    });
+    let error = refused(&with(metres.collect()));
+    assert!(matches!(&error, RegistrationError::BoneAway { bone, .. } if bone == "skull"), "{error}");
 }
 
 #[test]

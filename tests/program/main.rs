@@ -6,5 +6,6 @@ mod common;
 mod arrows;
 mod cli;
 mod killed;
+mod patients;
 mod render;
 mod report;
