@@ -77,7 +77,7 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     let checked = checked
         .transpose()
         .map_err(|error| CliError::Study { face: loaded.called.clone(), error: Box::new(error) })?;
-    let beyond = progress.step("sum_up", || beyond_reach(&track, &frames, &loaded))?;
+    let beyond = progress.step("strongest_frame", || beyond_reach(&track, &frames, &loaded))?;
 
     let intervals = options.intervals.map(usize::from).map(|every| {
         let found = progress.step("intervals", || track.intervals(&frames, every, &options.discrepancy));
@@ -261,8 +261,7 @@ fn json(
     let without_rest: usize = track.rounds().iter().map(|round| round.without_rest).sum();
     if without_rest > 0 {
         warnings.push(format!(
-            "{} of the recording at which the face was to be settled at finite strain it does not come to rest at: frames near them are described from \
-             farther away",
+            "the face does not come to rest at {} about which frames were to be described: they are described from farther away",
             counted(without_rest, "place")
         ));
     }

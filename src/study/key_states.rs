@@ -6,8 +6,8 @@ use nalgebra::DVector;
 const MOVES: usize = 10;
 
 /// At most `most` unknowns that, with those already `known`, stand for all that are `sampled` and farther than `near` from what
-/// is known: means of clusters that begin far from each other (Gonzalez 1985, Theor Comput Sci 38:293) and move to the mean of
-/// what is nearest to them (Lloyd 1982, IEEE Trans Inf Theory 28:129).
+/// is known; where nothing is, their mean is the first. They are means of clusters that begin far from each other (Gonzalez 1985, Theor Comput Sci
+/// 38:293) and move to the mean of what is nearest to them (Lloyd 1982, IEEE Trans Inf Theory 28:129).
 pub(super) fn key_states(
     sampled: &[DVector<f64>],
     known: &[DVector<f64>],
@@ -49,4 +49,33 @@ fn mean<'a>(members: impl Iterator<Item = &'a DVector<f64>>) -> Option<DVector<f
         .inspect(|_| count += 1.)
         .fold(None, |sum: Option<DVector<f64>>, x| Some(sum.map_or_else(|| x.clone(), |sum| sum + x)));
     sum.map(|sum| sum / count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn on_a_line(values: &[f64]) -> Vec<DVector<f64>> {
+        values.iter().map(|&v| DVector::from_element(1, v)).collect()
+    }
+
+    #[test]
+    fn states_are_the_means_of_what_is_nearest_to_them() {
+        let sampled = on_a_line(&[0., 0.1, 0.2, 1., 1.1, 5.]);
+        let first = key_states(&sampled, &[], 1, 0.);
+        assert!(first.len() == 1 && (first[0][0] - 7.4 / 6.).abs() < 1e-12, "{first:?}");
+        let mut three: Vec<f64> = key_states(&sampled, &[], 3, 0.).iter().map(|x| x[0]).collect();
+        three.sort_by(f64::total_cmp);
+        let wanted = [0.1, 1.05, 5.];
+        assert!(three.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12), "{three:?}");
+    }
+
+    #[test]
+    fn what_is_known_stays_and_what_is_near_it_gets_none() {
+        let (sampled, known) = (on_a_line(&[0., 0.1, 3.]), on_a_line(&[0.05]));
+        assert_eq!(key_states(&sampled, &known, 5, 0.2), on_a_line(&[3.]));
+        assert!(key_states(&sampled, &on_a_line(&[0., 3.]), 5, 0.2).is_empty());
+        assert_eq!(nearest(&sampled[1], &on_a_line(&[1., 0.])).0, 1);
+        assert!(key_states(&[], &[], 5, 0.).is_empty());
+    }
 }

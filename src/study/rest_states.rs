@@ -70,15 +70,16 @@ impl RestStates {
         done: &(impl Fn(usize) + Sync),
     ) -> Result<bool, FiniteError> {
         // The linear model is far off where muscles do much: it gives the mean, and what is found about that the rest.
-        let most = if self.at.is_empty() { 0 } else { STATES };
-        let new = key_states(sampled, &self.at, most, NEAR);
+        let most = if self.at.is_empty() { 1 } else { STATES };
         let m = self.linear.muscles.len();
+        let mut new = key_states(sampled, &self.at, most, NEAR);
+        // Frames are within their bounds to rounding.
+        new.iter_mut().for_each(|x| x.rows_mut(0, m).apply(|a| *a = a.clamp(0., 1.)));
         let settled: Vec<Result<Option<Mechanism>, FiniteError>> = new
             .par_iter()
             .map(|x| {
                 let pose = self.pose(x);
-                let a: Vec<f64> = x.as_slice()[..m].iter().map(|a| a.clamp(0., 1.)).collect();
-                let state = self.model.settle(&a, &pose);
+                let state = self.model.settle(&x.as_slice()[..m], &pose);
                 done(1);
                 Ok(self.linear.about_rest(&self.model, &state?, sites, x.as_slice()))
             })
@@ -120,7 +121,9 @@ impl RestStates {
         let rms_mm = (squares / points.max(1) as f64).sqrt();
         let states = self.at.len() - known;
         self.rounds.push(RestRound { states, without_rest, rms_mm, most_mm });
-        Ok(self.rounds.len() == ROUNDS || states == 0 || rms_mm <= GOOD_MM)
+        // What the mean is says nothing of those frames that are far from it.
+        let is_good = known > 0 && rms_mm <= GOOD_MM;
+        Ok(self.rounds.len() == ROUNDS || states == 0 || is_good)
     }
 
     fn pose(&self, x: &DVector<f64>) -> Pose {

@@ -185,7 +185,7 @@ impl Track {
         }
         if held == HeldStiffness::Follow {
             let sampled = track.sampled();
-            let keys = key_states(&sampled, &[], KEYS - 1, 0.);
+            let keys = key_states(&sampled, &[], KEYS, 0.);
             let about = |x: &DVector<f64>| -> Result<Mechanism, TrackError> {
                 let x = x.as_slice();
                 Ok(Mechanism::about(&track.model.at(&x[..m])?, &sites, freedom, x)?)

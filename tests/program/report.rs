@@ -333,10 +333,10 @@ fn a_track_is_played_at_the_stiffness_of_its_frames() {
         assert!(moved > 2., "the face follows: {moved} mm");
         // At finite strain how far the frames are from the face at rest is told without being asked for.
         let (settled, checked) = (&files.summary.settled, &files.summary.checked);
-        assert_eq!(
-            (settled.is_empty(), checked.is_none()),
-            (strain == Strain::Linear, strain == Strain::Linear)
-        );
+        // The mean of the frames alone tells nothing of those far from it.
+        let rounds = if strain == Strain::Linear { 0..=0 } else { 2..=5 };
+        assert!(rounds.contains(&settled.len()), "{settled:?}");
+        assert_eq!(checked.is_none(), strain == Strain::Linear);
         for frame in checked.iter().flat_map(|checked| &checked.frames) {
             assert!(frame.rms_mm < 0.1, "{frame:?}");
         }
