@@ -185,8 +185,9 @@ fn beyond_reach(
     let Some(most) = most else { return Ok(Vec::new()) };
     let fields = match track.displacements(frames, &[most], |_| ()) {
         Ok(fields) => fields,
-        // What the check tells of each frame it tells of this one, too.
-        Err(TrackError::Finite(FiniteError::NoRest { .. })) => Vec::new(),
+        Err(TrackError::Finite(error @ FiniteError::NoRest { .. })) => {
+            return Ok(vec![format!("frame {most}, in which the muscles do most: {error}")]);
+        }
         Err(error) => return Err(CliError::Displacements(Box::new(error))),
     };
     let told = |u: &Vec<f64>| beyond(track.strain(), &Deformation::of(&loaded.face.mesh, u));

@@ -397,7 +397,8 @@ impl<'a> Tracker<'a> {
     /// between them.
     fn begin(&self, window: &mut Window) {
         let n = window.frames.len();
-        if n <= 2 * STRIDE {
+        // Frames that do not follow each other say nothing of those between.
+        if self.dynamics.is_none() || n <= 2 * STRIDE {
             return;
         }
         let mut chosen: Vec<usize> = (0..n - 1).step_by(STRIDE).collect();

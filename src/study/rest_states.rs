@@ -75,55 +75,57 @@ impl RestStates {
         let mut new = key_states(sampled, &self.at, most, NEAR);
         // Frames are within their bounds to rounding.
         new.iter_mut().for_each(|x| x.rows_mut(0, m).apply(|a| *a = a.clamp(0., 1.)));
-        let settled: Vec<Result<Option<Mechanism>, FiniteError>> = new
+        let settled: Vec<Result<Mechanism, FiniteError>> = new
             .par_iter()
             .map(|x| {
-                let pose = self.pose(x);
-                let state = self.model.settle(&x.as_slice()[..m], &pose);
+                let found = self.about(x, sites);
                 done(1);
-                Ok(self.linear.about_rest(&self.model, &state?, sites, x.as_slice()))
+                found
             })
             .collect();
-        let (mut squares, mut points, mut most_mm, mut without_rest) = (0., 0_usize, 0_f64, 0);
-        let known = self.at.len();
-        let mut failure = None;
+        let (known, mut apart_mm, mut without_rest) = (self.at.len(), Vec::new(), Vec::new());
         for (x, settled) in new.into_iter().zip(settled) {
-            let found = match settled {
-                Ok(found) => found,
+            let mechanism = match settled {
+                Ok(mechanism) => mechanism,
                 Err(error @ FiniteError::NoRest { .. }) => {
-                    failure = Some(error);
-                    None
+                    without_rest.push(error);
+                    continue;
                 }
                 Err(error) => return Err(error),
-            };
-            let Some(mechanism) = found else {
-                without_rest += 1;
-                continue;
             };
             let before = match known {
                 0 => &self.linear,
                 _ => &self.mechanisms[nearest(&x, &self.at[..known]).0],
             };
-            if let (Ok(before), Ok(after)) =
-                (before.observed_mm(x.as_slice()), mechanism.observed_mm(x.as_slice()))
-            {
-                for (before, after) in before.as_slice().chunks(3).zip(after.as_slice().chunks(3)) {
-                    let apart = before.iter().zip(after).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-                    (squares, points, most_mm) = (squares + apart, points + 1, most_mm.max(apart.sqrt()));
-                }
+            let predicted = before.observed_mm(x.as_slice()).into_iter();
+            let there = mechanism.observed_mm(x.as_slice()).into_iter();
+            for (predicted, there) in predicted.zip(there) {
+                let off = there - predicted;
+                apart_mm.extend((0..off.len() / 3).map(|point| off.rows(3 * point, 3).norm()));
             }
             self.at.push(x);
             self.mechanisms.push(mechanism);
         }
-        if let (true, Some(error)) = (self.at.is_empty(), failure) {
-            return Err(error);
-        }
-        let rms_mm = (squares / points.max(1) as f64).sqrt();
         let states = self.at.len() - known;
+        let without_rest = match without_rest.pop() {
+            Some(error) if self.at.is_empty() => return Err(error),
+            last => without_rest.len() + usize::from(last.is_some()),
+        };
+        let squares: f64 = apart_mm.iter().map(|mm| mm * mm).sum();
+        let rms_mm = (squares / apart_mm.len().max(1) as f64).sqrt();
+        let most_mm = apart_mm.iter().copied().fold(0., f64::max);
         self.rounds.push(RestRound { states, without_rest, rms_mm, most_mm });
         // What the mean is says nothing of those frames that are far from it.
         let is_good = known > 0 && rms_mm <= GOOD_MM;
         Ok(self.rounds.len() == ROUNDS || states == 0 || is_good)
+    }
+
+    /// What unknowns do about the face settled at `x`.
+    fn about(&self, x: &DVector<f64>, sites: &[Site]) -> Result<Mechanism, FiniteError> {
+        let a = &x.as_slice()[..self.linear.muscles.len()];
+        let state = self.model.settle(a, &self.pose(x))?;
+        let about = self.linear.about_rest(&self.model, &state, sites, x.as_slice());
+        about.ok_or(FiniteError::NoRest { reached: 1. })
     }
 
     fn pose(&self, x: &DVector<f64>) -> Pose {

@@ -343,7 +343,13 @@ impl Track {
                 None => x[..m].iter().map(|a| a * a).sum::<f64>(),
             }
         };
-        let strongest = |block: Range<usize>| block.max_by(|a, b| size(*a).total_cmp(&size(*b)));
+        let counts = |frame: &usize| {
+            let TrackedFrame { residual_mm, outliers, .. } = &frames[*frame];
+            (0..residual_mm.len()).any(|b| residual_mm[b].is_some() && !outliers.contains(&b))
+        };
+        // A frame without a marker has nothing that could be off.
+        let strongest =
+            |block: Range<usize>| block.filter(counts).max_by(|a, b| size(*a).total_cmp(&size(*b)));
         let one = |frame: usize| {
             let fitted = &frames[frame];
             let pose = self.mechanism().pose(face, &fitted.unknowns);

@@ -14,7 +14,6 @@ pub struct TrackedFace {
     kind: Kind,
     /// Of what the jaw may do; at the held stiffness where one is held.
     mechanism: Mechanism,
-    face: Face,
 }
 
 #[derive(Clone, Debug)]
@@ -61,7 +60,14 @@ impl TrackedFace {
             Strain::Linear => Kind::Linear { model, held: held.map(<[f64]>::to_vec) },
             Strain::Finite => Kind::Finite(finite_model(face, has_contact)?),
         };
-        Ok(Self { kind, mechanism, face: face.clone() })
+        Ok(Self { kind, mechanism })
+    }
+
+    fn face(&self) -> &Face {
+        match &self.kind {
+            Kind::Linear { model, .. } => model.face(),
+            Kind::Finite(model) => model.face(),
+        }
     }
 
     /// The displacement (3n, mm) of the face at each of the `moments`, and where its bones are; at finite strain that of the
@@ -85,7 +91,7 @@ impl TrackedFace {
                 let [opening, forward, left] = moment.jaw_mm;
                 x.extend([opening / opening_mm, forward / protrusion_mm, left / lateral_mm]);
             }
-            let pose = self.mechanism.pose(&self.face, &x);
+            let pose = self.mechanism.pose(self.face(), &x);
             let displacement = match (&self.kind, &fixed) {
                 (Kind::Finite(model), _) => model.settle(moment.activation, &pose)?.displacement().to_vec(),
                 (_, Some(fixed)) => self.mechanism.displacement(fixed, &x)?,

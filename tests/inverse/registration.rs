@@ -174,6 +174,7 @@ fn tissue_comes_to_lie_on_the_bones_of_a_patient() {
     assert!(on(&on_bone.face).iter().all(|share| *share > 0.8), "{:?}", on(&on_bone.face));
     let is_inner = |p: Vec3| p.x.abs() < 45. && p.y > -40. && p.y < 35. && p.z > -50.;
     let skin_mm = skin_rms(&on_bone.face, &face, is_inner);
+    println!("{:?} on bone, skin within {skin_mm:.3} mm", on(&on_bone.face));
     assert!(skin_mm < 0.1, "{skin_mm}");
     assert!(on_bone.quality.scaled_jacobian > 0.1, "{}", on_bone.quality.scaled_jacobian);
     let inward = |w: &RegistrationWarning| matches!(w, RegistrationWarning::BoneInsideOut { .. });
