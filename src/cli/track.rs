@@ -68,7 +68,7 @@ pub(crate) fn run(options: &TrackOptions) -> Result<Outcome, CliError> {
     let blocks = TrackBlocks::new(&options.out, &key);
     let frames = fit(&track, &blocks, &mut progress)?;
     let summary = progress.step("sum_up", || track.summary(&loaded.face, &frames));
-    let n_checked = track.blocks().len();
+    let n_checked = track.to_check(&frames).len();
     // At finite strain the frames are right to first order: how far that carries is always told.
     let check = options.check.or((options.strain == Strain::Finite).then_some(Strain::Finite));
     let checked = check.map(|strain| {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use super::key_states::{key_states, nearest};
-use super::rest_states::{RestRound, RestStates};
+use super::rest_states::{GOOD_MM, ROUNDS, RestRound, RestStates};
 use super::tracked_face::{contact_pairs, finite_model};
 use super::{HeldStiffness, Mechanics, Mover, Stiffness, Strain, StudyError, TrackedFace, TrackedMoment};
 use crate::certainty::{Discrepancy, Intervals};
@@ -191,7 +191,8 @@ impl Track {
                 Ok(Mechanism::about(&track.model.at(&x[..m])?, &sites, freedom, x)?)
             };
             let all = keys.iter().map(about).collect::<Result<Vec<Mechanism>, TrackError>>()?;
-            let of_frame = track.by_nearest(&sampled, |x| nearest(x, &keys).0);
+            let of_sampled: Vec<usize> = sampled.iter().map(|x| nearest(x, &keys).0).collect();
+            let of_frame = track.of_frame(&of_sampled);
             track.held = track.mean(&sampled);
             if let Some(mechanisms) = Mechanisms::new(all, of_frame) {
                 track.mechanisms = mechanisms;
@@ -211,17 +212,19 @@ impl Track {
         let mut rest = RestStates::new(model, self.mechanisms.first().clone());
         let sites: Vec<Site> = self.subject.bound.iter().map(|b| b.site.clone()).collect();
         let mut sampled = self.sampled();
-        loop {
-            let is_refined = rest.refine(&sampled, &sites, &done)?;
-            // Once with the faces that are nearest to what was found before, once with those nearest to what these find.
-            for _ in 0..2 {
-                let of_frame = self.by_nearest(&sampled, |x| rest.nearest(x).0);
-                if let Some(mechanisms) = Mechanisms::new(rest.mechanisms.clone(), of_frame) {
-                    self.mechanisms = mechanisms;
-                }
-                sampled = self.sampled();
+        let mut own = vec![0; sampled.len()];
+        for round in 0..ROUNDS {
+            let places = rest.places(round, &own, &sampled);
+            let worst_mm = rest.refine(&places, &own, &sites, &done)?;
+            let before = std::mem::replace(&mut own, places.iter().map(|x| rest.nearest(x)).collect());
+            let of_frame = self.of_frame(&own);
+            if let Some(mechanisms) = Mechanisms::new(rest.mechanisms.clone(), of_frame) {
+                self.mechanisms = mechanisms;
             }
-            if is_refined {
+            sampled = self.sampled();
+            // What the mean is says nothing of those frames that are far from it.
+            let is_good = round > 0 && worst_mm.is_some_and(|worst_mm| worst_mm <= GOOD_MM);
+            if is_good || (worst_mm.is_none() && own == before) {
                 break;
             }
         }
@@ -320,9 +323,33 @@ impl Track {
         Ok(face.at(&moments, done)?.into_iter().map(|(displacement, _)| displacement).collect())
     }
 
+    /// The frames that [`check`](Self::check) settles.
+    pub fn to_check(&self, frames: &[TrackedFrame]) -> Vec<usize> {
+        let m = self.held.len();
+        let size = |frame: usize| {
+            let x = &frames[frame].unknowns;
+            match &self.rest {
+                Some(rest) => rest.apart(self.mechanisms.index(frame), &DVector::from_column_slice(x)),
+                None => x[..m].iter().map(|a| a * a).sum::<f64>(),
+            }
+        };
+        let counts = |frame: &usize| {
+            let TrackedFrame { residual_mm, outliers, .. } = &frames[*frame];
+            (0..residual_mm.len()).any(|b| residual_mm[b].is_some() && !outliers.contains(&b))
+        };
+        // A frame without a marker has nothing that could be off.
+        let strongest =
+            |block: Range<usize>| block.filter(counts).max_by(|a, b| size(*a).total_cmp(&size(*b)));
+        // Of frames that do not follow each other none says anything of another.
+        match self.rest.is_some() && !self.is_movement {
+            true => (0..frames.len()).filter(counts).collect(),
+            false => self.blocks().into_iter().filter_map(strongest).collect(),
+        }
+    }
+
     /// The face settled anew, its muscles as stiff as they are active, in the frame of each block in which the muscles do
-    /// most, or at finite strain in that which is farthest from all faces that were settled: what the model of the recording leaves
-    /// out there. `done` hears of each frame that was.
+    /// most, or at finite strain in that which is farthest from the face about which it is described, and in every frame of those that
+    /// do not follow each other: what the model of the recording leaves out there. `done` hears of each frame that was.
     ///
     /// # Errors
     /// [`StudyError`] when the face cannot be modelled so.
@@ -336,20 +363,6 @@ impl Track {
         let contact = self.has_contact;
         let mover = Mover::new(face, Mechanics { strain, stiffness: Stiffness::Activated, contact })?;
         let m = self.held.len();
-        let size = |frame: usize| {
-            let x = &frames[frame].unknowns;
-            match &self.rest {
-                Some(rest) => rest.nearest(&DVector::from_column_slice(x)).1,
-                None => x[..m].iter().map(|a| a * a).sum::<f64>(),
-            }
-        };
-        let counts = |frame: &usize| {
-            let TrackedFrame { residual_mm, outliers, .. } = &frames[*frame];
-            (0..residual_mm.len()).any(|b| residual_mm[b].is_some() && !outliers.contains(&b))
-        };
-        // A frame without a marker has nothing that could be off.
-        let strongest =
-            |block: Range<usize>| block.filter(counts).max_by(|a, b| size(*a).total_cmp(&size(*b)));
         let one = |frame: usize| {
             let fitted = &frames[frame];
             let pose = self.mechanism().pose(face, &fitted.unknowns);
@@ -382,8 +395,7 @@ impl Track {
             done(1);
             (frame, found)
         };
-        let chosen: Vec<usize> = self.blocks().into_iter().filter_map(strongest).collect();
-        let settled: Vec<_> = chosen.into_par_iter().map(one).collect();
+        let settled: Vec<_> = self.to_check(frames).into_par_iter().map(one).collect();
         let mut checked = Checked { strain, frames: Vec::new(), failed: Vec::new() };
         for (frame, found) in settled {
             match found {
@@ -415,11 +427,10 @@ impl Track {
         self.times_s.len().div_ceil(SAMPLED)
     }
 
-    /// Which mechanism each frame (f) has: that `of` the unknowns of the frame before it that is among the `sampled`.
-    fn by_nearest(&self, sampled: &[DVector<f64>], of: impl Fn(&DVector<f64>) -> usize) -> Vec<usize> {
-        let of: Vec<usize> = sampled.iter().map(of).collect();
+    /// Which mechanism each frame (f) has: that of the frame before it that is among the sampled, `of_sampled`.
+    fn of_frame(&self, of_sampled: &[usize]) -> Vec<usize> {
         let step = self.step();
-        (0..self.times_s.len()).map(|frame| of[frame / step]).collect()
+        (0..self.times_s.len()).map(|frame| of_sampled[frame / step]).collect()
     }
 
     /// Unknowns (n each) of frames spread over the recording.
